@@ -1,0 +1,1 @@
+"""Writing what was learned where other programs read it: the URDF and its companions."""

@@ -1,0 +1,1 @@
+"""Learning: from observations to an estimate of the body with honest uncertainty."""

@@ -1,0 +1,257 @@
+"""Calibrate: from a nominal body and what was seen of it to a corrected body and a verdict.
+
+1. Models, from "only the frames" to "offsets, axes and links", are each judged by k-fold held-out
+   predictive density; the simplest that the best does not beat by two standard errors is taken.
+2. The chosen model is fitted to all samples, with noise levels and robust weights.
+3. The answer carries held-out errors before and after, what the data cannot tell, outlier rows,
+   a test of the clocks, and whether it is good enough to be written to a robot.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.body.tree import Body
+from bodyschema.learning.batch import Fit
+from bodyschema.learning.clock import ClockCheck, check_clock
+from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.held_out import Errors, HeldOut, folds_of, held_out, outlier_free, sizes
+from bodyschema.learning.identifiability import Identifiability, identifiability
+from bodyschema.learning.problem import Knowledge, Problem, check_problem, moved_joints
+from bodyschema.senses.observations import Observations
+
+Array = NDArray[np.float64]
+Verdict = Literal["calibrated", "only frames", "refused"]
+
+MODELS: tuple[tuple[str, ...], ...] = (
+    (),
+    ("offsets",),
+    ("offsets", "axes"),
+    ("offsets", "axes", "links"),
+)
+"""Parameter groups tried when the user names none, simple ones first."""
+
+CONVINCING = 2.0
+"""Standard errors by which a larger model must be better to be preferred to a smaller one."""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Held-out errors, over the rows that are no outliers."""
+
+    position: Errors
+    """m."""
+    rotation: Errors | None
+    """rad; None where no pose was seen."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One model that was tried."""
+
+    groups: tuple[str, ...]
+    n_parameters: int
+    score: float
+    """Mean negative log predictive density of a held-out row; lower is better."""
+    behind: float
+    """Mean loss against the best model, in standard errors of the paired difference."""
+    accuracy: Accuracy
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The answer of `calibrate`."""
+
+    verdict: Verdict
+    explanation: str
+    """The verdict in a sentence or two."""
+    fit: Fit
+    groups: tuple[str, ...]
+    """Joint parameter groups that were freed."""
+    candidates: tuple[Candidate, ...]
+    nominal: Accuracy
+    """The robot as modelled, with only the frames placed that nobody knew."""
+    held_out: Accuracy
+    """The corrected body alone, on samples that its fit had not seen."""
+    with_field: Accuracy
+    """The corrected body and its residual field (`discrepancy`), likewise held out."""
+    identifiability: Identifiability
+    outliers: tuple[int, ...]
+    """Row numbers."""
+    clock: ClockCheck
+    n_rows: int
+    seconds: float
+
+    @property
+    def estimate(self) -> Estimate:
+        """The belief over the parameters."""
+        return self.fit.estimate
+
+    @property
+    def body(self) -> Body:
+        """The corrected body."""
+        return self.fit.estimate.body
+
+
+def calibrate(
+    body: Body,
+    senses: Sequence[Observations],
+    frames: Mapping[str, Knowledge],
+    groups: Sequence[str] | None = None,
+    joints: Sequence[str] | None = None,
+    folds: int = 5,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Calibration:
+    """Calibrate a body from what was seen of it.
+
+    Args:
+        body: nominal body with every camera, tracker and marker frame attached.
+        senses: what was seen.
+        frames: the fixed frames that are not known exactly, "roughly" or "no".
+        groups: joint parameter groups to free ("offsets", "gears", "axes", "links"); chosen by
+            held-out accuracy when None.
+        joints: joints that may be wrong; those between the frames of the senses when None.
+        folds: of the held-out test.
+        seed: of the folds.
+        progress: told what is being done.
+
+    Raises:
+        InputError: the recording cannot answer the question; see `problem.check_problem`.
+    """
+    begin = time.perf_counter()
+    problem = Problem(body, tuple(senses), frames, tuple(joints or moved_joints(body, senses)))
+    check_problem(problem, groups if groups is not None else (), folds)
+    cut = folds_of(senses, folds, seed)
+
+    def judge(model: Sequence[str], roughly: bool = True, field: bool = False) -> HeldOut:
+        progress(f"{folds}-fold test of {describe_groups(model)}")
+        parameters = problem.parameters(model, roughly)
+        return held_out(lambda s: problem.fit(parameters, s), senses, cut, problem.learner, field)
+
+    models = _affordable(problem, folds) if groups is None else ((), tuple(groups))
+    tests = {model: judge(model) for model in dict.fromkeys(models)}
+    chosen = _choose(tests) if groups is None else tuple(groups)
+    nominal = judge((), roughly=False)
+    final = judge(chosen, field=True)
+    progress("fit to all samples")
+    fit = problem.fit(problem.parameters(chosen), senses)
+    good = outlier_free(senses, fit, problem.learner.freedom)
+    outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
+    before = _accuracy(senses, nominal.residuals, good)
+    after = _accuracy(senses, final.residuals, good)
+    gain = -_behind(final, nominal)
+    plain = _accuracy(senses, tests[()].residuals, good)
+    verdict, explanation = _verdict(chosen, gain, before, plain, after)
+    return Calibration(
+        verdict=verdict,
+        explanation=explanation,
+        fit=fit,
+        groups=chosen,
+        candidates=_candidates(problem, tests, senses, good),
+        nominal=before,
+        held_out=after,
+        with_field=_accuracy(senses, final.corrected, good),
+        identifiability=identifiability(fit, senses, seed),
+        outliers=tuple(sorted(outliers)),
+        clock=check_clock(problem.fit(problem.parameters(models[-1]), senses), senses, seed),
+        n_rows=len(final.scores),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def describe_groups(groups: Sequence[str]) -> str:
+    """Words for a model."""
+    return "joint " + ", ".join(groups) if groups else "frames only"
+
+
+def _affordable(problem: Problem, folds: int) -> tuple[tuple[str, ...], ...]:
+    """The models that have at least two numbers of training data for every parameter."""
+    numbers = sum(len(s) * len(s.covariance) for s in problem.senses) * (folds - 1) / folds
+    return tuple(
+        model for model in MODELS if not model or 2 * len(problem.parameters(model)) <= numbers
+    )
+
+
+def _choose(tests: Mapping[tuple[str, ...], HeldOut]) -> tuple[str, ...]:
+    """The simplest model that the best one does not beat convincingly."""
+    best = min(tests.values(), key=lambda test: float(np.mean(test.scores)))
+    return next(model for model, test in tests.items() if _behind(test, best) < CONVINCING)
+
+
+def _behind(test: HeldOut, other: HeldOut) -> float:
+    """Mean excess score of a test over another, in standard errors of the paired difference."""
+    excess = test.scores - other.scores
+    error = float(np.std(excess) / np.sqrt(len(excess)))
+    return float(np.mean(excess)) / error if error > 0 else 0.0
+
+
+def _accuracy(
+    senses: Sequence[Observations], residuals: Sequence[Array], good: Sequence[NDArray[np.bool_]]
+) -> Accuracy:
+    def errors(component: str) -> Array:
+        pairs = zip(senses, residuals, good, strict=True)
+        return np.concatenate([sizes(sense, r[mask], component) for sense, r, mask in pairs])
+
+    rotation = errors("rotation")
+    return Accuracy(Errors.of(errors("position")), Errors.of(rotation) if len(rotation) else None)
+
+
+def _candidates(
+    problem: Problem,
+    tests: Mapping[tuple[str, ...], HeldOut],
+    senses: Sequence[Observations],
+    good: Sequence[NDArray[np.bool_]],
+) -> tuple[Candidate, ...]:
+    best = min(tests.values(), key=lambda test: float(np.mean(test.scores)))
+    return tuple(
+        Candidate(
+            groups=model,
+            n_parameters=len(problem.parameters(model)),
+            score=float(np.mean(test.scores)),
+            behind=_behind(test, best),
+            accuracy=_accuracy(senses, test.residuals, good),
+        )
+        for model, test in tests.items()
+    )
+
+
+def _verdict(
+    chosen: tuple[str, ...], gain: float, before: Accuracy, plain: Accuracy, after: Accuracy
+) -> tuple[Verdict, str]:
+    """Whether the held-out error speaks for the corrected body.
+
+    Args:
+        chosen: the model that was fitted.
+        gain: held-out score over the nominal robot, in standard errors.
+        before: of the nominal robot.
+        plain: with the frames alone fitted.
+        after: of the corrected body.
+    """
+    nominal, frames, corrected = (
+        f"{1e3 * accuracy.position.rms:.2f} mm" for accuracy in (before, plain, after)
+    )
+    if chosen and after.position.rms > min(before.position.rms, plain.position.rms):
+        return "refused", (
+            f"Freeing {describe_groups(chosen)} makes the held-out error worse ({corrected} rms "
+            f"against {frames} with the frames alone and {nominal} as modelled)."
+        )
+    if chosen and gain > 0:
+        return "calibrated", (
+            f"The held-out error falls from {nominal} to {corrected} rms when "
+            f"{describe_groups(chosen)} are corrected."
+        )
+    if after.position.rms > before.position.rms:
+        return "refused", (
+            f"Nothing that was tried brings the held-out error below the nominal {nominal} rms."
+        )
+    return "only frames", (
+        f"Correcting the joints does not help: the held-out error is {corrected} rms with the "
+        "frames placed and the joints left as modelled."
+    )

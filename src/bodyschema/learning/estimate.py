@@ -1,0 +1,55 @@
+"""Estimate: what is believed of the body, how sure, and what the data did not say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from bodyschema.body.parameters import Parameters
+from bodyschema.body.tree import Body
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A Gaussian belief over parameters charted round a reference body."""
+
+    reference: Body
+    parameters: Parameters
+    x: Array
+    """(n_parameters,) deviation from the reference."""
+    data_information: Array
+    """(n_parameters, n_parameters) sum of J^T R^-1 J over the samples, without the prior."""
+    noise: Mapping[str, float] | None = None
+    """Noise level of each sense's component, "hand seen from camera: position" -> m or rad."""
+
+    @cached_property
+    def body(self) -> Body:
+        """The corrected body."""
+        return self.reference.with_parameters(self.parameters, self.x)
+
+    @cached_property
+    def information(self) -> Array:
+        """Posterior information: data and prior, (n_parameters, n_parameters)."""
+        return self.data_information + np.diag(self.parameters.prior_std**-2.0)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Posterior covariance, (n_parameters, n_parameters), symmetric by construction."""
+        # Scaling by the prior keeps the factor well conditioned across rad, m and ratios.
+        scale = self.parameters.prior_std
+        finite = np.where(np.isfinite(scale), scale, 1.0)
+        scaled = self.information * np.outer(finite, finite)
+        inverse = cho_solve(cho_factor(scaled, lower=True), np.eye(len(finite)))
+        return np.asarray((inverse + inverse.T) / 2 * np.outer(finite, finite))
+
+    @property
+    def std(self) -> Array:
+        """Posterior standard deviations, (n_parameters,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))

@@ -1,0 +1,165 @@
+"""Recursive Gauss-Newton: one sample at a time, in constant time and memory, with covariance.
+
+The belief is (x, Lambda), mean and information in the fixed chart of `parameters`. A sample with
+residual r, Jacobian J (of the residual) and noise level s, whitened, changes it by
+
+    predicted variance   S = s^2 1 + J C J^T,            C = Lambda^-1 (factored once a sample)
+    robust gate          w = (nu + d) / (nu + r^T S^-1 r)
+    mean                 x <- x - C J^T (s^2/w 1 + J C J^T)^-1 r
+    information          Lambda <- lambda Lambda + (1 - lambda) P + w J^T J / s^2
+
+With forgetting lambda < 1 the prior P takes the place of what is forgotten, so directions that the
+data do not touch keep their prior variance instead of winding up. Noise levels follow a running
+mean of w (|r+|^2 + tr J C+ J^T) / d, the expectation-maximisation update of `batch` in recursive
+form. Unknown frames and the first levels come from a batch fit on a short burn-in; until then the
+samples wait in the state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, solve_triangular
+
+from bodyschema.body.parameters import Parameters
+from bodyschema.body.tree import Body
+from bodyschema.learning.batch import SMALLEST_LEVEL, LevenbergMarquardt
+from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.normal_equations import level_rows, whiten
+from bodyschema.learning.starts import start_frames
+from bodyschema.senses.observations import Observations, concatenate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Belief:
+    """State of the recursive learner."""
+
+    reference: Body
+    parameters: Parameters
+    x: Array
+    """(n_parameters,)."""
+    information: Array
+    """(n_parameters, n_parameters) posterior information, the prior included."""
+    levels: Mapping[str, tuple[tuple[float, ...], float]]
+    """Sense label -> noise levels in believed noise, and the number of samples behind them."""
+    waiting: tuple[Observations, ...] = ()
+    """Samples of the burn-in; empty once the filter runs."""
+    started: bool = False
+
+    @property
+    def estimate(self) -> Estimate:
+        """The belief in the form of every learner's result."""
+        data = self.information - np.diag(self.parameters.prior_std**-2.0)
+        return Estimate(self.reference, self.parameters, self.x, data)
+
+
+@dataclass(frozen=True)
+class Innovation:
+    """What one sample was worth."""
+
+    residual: Array
+    """(dimension,) seen minus predicted, before learning from it; SI units, not whitened."""
+    surprise: float
+    """Squared innovation over its predicted variance; about `dimension` when all is well."""
+    weight: float
+    """Robust weight: about 1 for a good sample, near 0 for an outlier."""
+
+
+@dataclass(frozen=True)
+class GaussNewton:
+    """Recursive learner with robust gate, forgetting and running noise levels."""
+
+    unknown: tuple[str, ...] = ()
+    """Frames that have no first value; the burn-in's samples place them."""
+    burn_in: int = 12
+    """Samples that the first fit waits for."""
+    freedom: float = 4.0
+    """nu of the Student-t gate; inf to trust every sample."""
+    forgetting: float = 1.0
+    """lambda, per sample; 1 never forgets, 0.99 remembers about 100 samples."""
+    least_count: float = 20.0
+    """Samples that the first noise levels count for, so that early levels do not jump."""
+
+    def start(self, body: Body, parameters: Parameters) -> Belief:
+        """The prior belief, before the first sample."""
+        prior = np.diag(parameters.prior_std**-2.0)
+        return Belief(body, parameters, np.zeros(len(parameters)), prior, {})
+
+    def step(self, state: Belief, sample: Observations) -> tuple[Belief, Innovation]:
+        """Learn from one sample (a batch of one)."""
+        if state.started:
+            return self._update(state, sample)
+        waiting = (*state.waiting, sample)
+        residual = sample.residual(state.reference)[0]
+        idle = Innovation(residual, float("nan"), 0.0)
+        if len(waiting) < self.burn_in:
+            return replace(state, waiting=waiting), idle
+        return self._first_fit(state, waiting), idle
+
+    def _first_fit(self, state: Belief, waiting: tuple[Observations, ...]) -> Belief:
+        senses = merge(waiting)
+        reference = start_frames(state.reference, self.unknown, senses)
+        fit = LevenbergMarquardt(self.freedom).fit(reference, state.parameters, senses)
+        levels = {
+            sense.label: (level, max(float(len(sense)), self.least_count))
+            for sense, level in zip(senses, fit.levels, strict=True)
+        }
+        information, x = fit.estimate.information, fit.estimate.x
+        return Belief(reference, state.parameters, x, information, levels, started=True)
+
+    def _update(self, state: Belief, sample: Observations) -> tuple[Belief, Innovation]:
+        part = whiten(sample, state.reference, state.parameters, state.x)
+        level, count = state.levels.get(sample.label, ((1.0,) * len(sample.components), 1.0))
+        s = level_rows(sample, level)
+        r, J = part.residual[0] / s, part.jacobian[0] / s[:, None]
+        d = len(r)
+        D = np.where(np.isfinite(state.parameters.prior_std), state.parameters.prior_std, 1.0)
+        L, _ = cho_factor(state.information * np.outer(D, D), lower=True, check_finite=False)
+        half = solve_triangular(L, (J * D).T, lower=True, check_finite=False)
+        absorbed = half.T @ half
+        surprise = float(r @ np.linalg.solve(np.eye(d) + absorbed, r))
+        weight = 1.0 if np.isinf(self.freedom) else (self.freedom + d) / (self.freedom + surprise)
+        S = np.eye(d) / weight + absorbed
+        gain = D * solve_triangular(
+            L, half @ np.linalg.solve(S, r), lower=True, trans="T", check_finite=False
+        )
+        bound = state.parameters.bound
+        x = np.clip(state.x - gain, -bound, bound)
+        information = state.information + weight * (J.T @ J)
+        if self.forgetting < 1:
+            prior = np.diag(state.parameters.prior_std**-2.0)
+            kept = self.forgetting * state.information + (1 - self.forgetting) * prior
+            information = kept + weight * (J.T @ J)
+        left = np.linalg.solve(S, r) / weight
+        spread = np.diag(absorbed - absorbed @ np.linalg.solve(S, absorbed))
+        level, count = self._levels(sample, level, count, weight * (left**2 + spread))
+        levels = {**state.levels, sample.label: (level, count)}
+        residual = np.linalg.cholesky(sample.covariance) @ part.residual[0]
+        return (
+            replace(state, x=x, information=information, levels=levels),
+            Innovation(residual, surprise, float(weight)),
+        )
+
+    def _levels(
+        self, sample: Observations, level: tuple[float, ...], count: float, ratio: Array
+    ) -> tuple[tuple[float, ...], float]:
+        """Running noise levels; `ratio` is each row's squared size in units of the old level."""
+        found = []
+        for (_, _, rows), old in zip(sample.components, level, strict=True):
+            share = 1 + (float(np.mean(ratio[rows])) - 1) / (count + 1)
+            found.append(max(old * np.sqrt(share), SMALLEST_LEVEL))
+        longest = 1 / (1 - self.forgetting) if self.forgetting < 1 else np.inf
+        return tuple(found), min(count + 1, longest)
+
+
+def merge(samples: Sequence[Observations]) -> list[Observations]:
+    """Single samples gathered into one batch a sense, in order of first appearance."""
+    by_label: dict[str, list[Observations]] = {}
+    for sample in samples:
+        by_label.setdefault(sample.label, []).append(sample)
+    return [concatenate(group) for group in by_label.values()]

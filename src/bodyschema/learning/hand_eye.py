@@ -1,0 +1,89 @@
+"""Closed forms for frames that nobody measured: point sets, A X = X B and K Y = X T.
+
+All take weights, so that the robust loop in `starts` can call them again and again; all return
+transforms, never iterate, and need no first guess.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema import lie
+
+Array = NDArray[np.float64]
+
+
+def nearest_rotation(matrix: Array) -> Array:
+    """The rotation closest to a (3, 3) matrix in the Frobenius norm (orthogonal Procrustes)."""
+    U, _, Vt = np.linalg.svd(matrix)
+    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
+
+
+def align_points(source: Array, target: Array, weights: Array) -> Array:
+    """The transform T that minimises sum w |T source - target|^2 (Kabsch 1976; Umeyama 1991).
+
+    Args:
+        source: (n, 3) points.
+        target: (n, 3) the same points in the other frame.
+        weights: (n,).
+    """
+    w = weights / weights.sum()
+    centre_s, centre_t = w @ source, w @ target
+    R = nearest_rotation((target - centre_t).T @ (w[:, None] * (source - centre_s)))
+    return lie.transform(R, centre_t - R @ centre_s)
+
+
+def mean_transform(transforms: Array, weights: Array) -> Array:
+    """Chordal mean of (n, 4, 4) transforms."""
+    w = weights / weights.sum()
+    R = nearest_rotation(np.einsum("n,nij->ij", w, transforms[:, :3, :3]))
+    return lie.transform(R, w @ transforms[:, :3, 3])
+
+
+def solve_ax_xb(A: Array, B: Array, weights: Array) -> Array:
+    """Hand-eye equation A_i X = X B_i from relative motions (Park and Martin 1994).
+
+    The rotation aligns the motions' rotation vectors, log A_i = R_X log B_i; then the translation
+    is linear: (R_A - 1) t_X = R_X t_B - t_A. Motions must turn about at least two axes.
+
+    Args:
+        A: (n, 4, 4) motions of the hand.
+        B: (n, 4, 4) the same motions seen by the eye.
+        weights: (n,).
+    """
+    a, b = lie.log_so3(A[:, :3, :3]), lie.log_so3(B[:, :3, :3])
+    R = nearest_rotation(np.einsum("n,ni,nj->ij", weights, a, b))
+    root = np.sqrt(weights)[:, None]
+    left = root[..., None] * (A[:, :3, :3] - np.eye(3))
+    right = root * (B[:, :3, 3] @ R.T - A[:, :3, 3])
+    t = np.linalg.lstsq(left.reshape(-1, 3), right.ravel(), rcond=None)[0]
+    return lie.transform(R, t)
+
+
+def solve_ky_xt(K: Array, T: Array, weights: Array) -> tuple[Array, Array]:
+    """Robot-world and hand-eye equation K_i Y = X T_i (Shah 2013).
+
+    vec(R_X) = (R_T x R_K) vec(R_Y) for every sample, so the leading singular vectors of the mean
+    of the Kronecker products are both rotations; then R_K t_Y - t_X = R_X t_T - t_K is linear.
+
+    Args:
+        K: (n, 4, 4) the robot's own kinematics.
+        T: (n, 4, 4) what was seen.
+        weights: (n,).
+
+    Returns:
+        X (4, 4) and Y (4, 4).
+    """
+    R_K, R_T = K[:, :3, :3], T[:, :3, :3]
+    product = np.einsum("n,nij,nkl->ikjl", weights, R_T, R_K).reshape(9, 9)
+    U, _, Vt = np.linalg.svd(product)
+    R_X, R_Y = U[:, 0].reshape(3, 3).T, Vt[0].reshape(3, 3).T
+    # The pair of vectors is known up to one common sign: rotations have determinant +1.
+    sign = np.sign(np.linalg.det(R_X))
+    R_X, R_Y = nearest_rotation(sign * R_X), nearest_rotation(sign * R_Y)
+    root = np.sqrt(weights)[:, None]
+    left = np.concatenate([R_K, np.tile(-np.eye(3), (len(K), 1, 1))], axis=2) * root[..., None]
+    right = (T[:, :3, 3] @ R_X.T - K[:, :3, 3]) * root
+    t = np.linalg.lstsq(left.reshape(-1, 6), right.ravel(), rcond=None)[0]
+    return lie.transform(R_X, t[3:]), lie.transform(R_Y, t[:3])

@@ -1,0 +1,76 @@
+"""The weighted normal equations of any number of senses at one parameter vector.
+
+    cost      C(x) = 1/2 sum_i w_i |r_i|^2 / s^2  +  1/2 x^T P x,      P = diag(prior_std^-2)
+    gradient  g = sum_i w_i J_i^T r_i / s^2 + P x
+    Hessian   H = sum_i w_i J_i^T J_i / s^2 + P                       (Gauss-Newton)
+
+r is the residual whitened by the shape of the noise, s the noise level of each component of a
+sense (a sense of poses has one for positions and one for rotations), w_i the robust weight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from bodyschema.body.parameters import Parameters
+from bodyschema.body.tree import Body
+from bodyschema.senses.observations import Observations
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """One sense's residuals in units of its believed noise, before level and robust weight."""
+
+    sense: Observations
+    residual: Array
+    """(n, dimension)."""
+    jacobian: Array
+    """(n, dimension, n_parameters)."""
+
+
+def whiten(sense: Observations, reference: Body, parameters: Parameters, x: Array) -> Whitened:
+    """Residual and Jacobian multiplied by the inverse Cholesky factor of the noise."""
+    linear = sense.linearize(reference, parameters, x)
+    L = np.linalg.cholesky(sense.covariance)
+    n, d = linear.residual.shape
+    stacked = np.concatenate([linear.residual[..., None], linear.by_parameter], axis=2)
+    flat = solve_triangular(L, stacked.transpose(1, 0, 2).reshape(d, -1), lower=True)
+    white = flat.reshape(d, n, -1).transpose(1, 0, 2)
+    return Whitened(
+        sense, np.ascontiguousarray(white[..., 0]), np.ascontiguousarray(white[..., 1:])
+    )
+
+
+def whitened_residual(sense: Observations, body: Body) -> Array:
+    """Residual of a body in units of the believed noise, (n, dimension)."""
+    L = np.linalg.cholesky(sense.covariance)
+    return np.asarray(solve_triangular(L, sense.residual(body).T, lower=True).T)
+
+
+def level_rows(sense: Observations, levels: Sequence[float]) -> Array:
+    """Noise level of each row of the residual, (dimension,)."""
+    rows = np.empty(len(sense.covariance))
+    for (_, _, part), level in zip(sense.components, levels, strict=True):
+        rows[part] = level
+    return rows
+
+
+def information(
+    parts: Sequence[Whitened], levels: Sequence[Sequence[float]], weights: Sequence[Array]
+) -> tuple[Array, Array]:
+    """Data part of the Hessian and of the gradient: (N, N) and (N,)."""
+    n_parameters = parts[0].jacobian.shape[2]
+    H, g = np.zeros((n_parameters, n_parameters)), np.zeros(n_parameters)
+    for part, level, weight in zip(parts, levels, weights, strict=True):
+        root = np.sqrt(weight)[:, None] / level_rows(part.sense, level)
+        J = (root[..., None] * part.jacobian).reshape(-1, n_parameters)
+        H += J.T @ J
+        g += J.T @ (root * part.residual).ravel()
+    return H, g

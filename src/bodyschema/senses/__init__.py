@@ -1,0 +1,1 @@
+"""Senses: what is seen of the body, predicted from the body, with derivatives; one file each."""

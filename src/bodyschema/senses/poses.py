@@ -1,0 +1,118 @@
+"""Poses: a frame seen as a full pose, such as a marker, or a board seen by a wrist camera.
+
+    residual  r = (t - t_a_b, log(R R_a_b^T))      a = seen_from, b = seen, T = (R, t) as seen
+
+both in frame a. A rotation error log(R R'^T) has the derivative -J_left(r)^-T w under a twist w
+of the prediction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bodyschema import lie
+from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
+from bodyschema.body.parameters import Parameters
+from bodyschema.body.tree import Body
+from bodyschema.errors import InputError
+from bodyschema.senses.observations import Linearized, Observations, check_samples
+
+Array = NDArray[np.float64]
+
+DEFAULT_STD = (1e-3, 5e-3)
+"""m and rad per axis, where the user states no noise."""
+
+
+@dataclass(frozen=True)
+class Poses(Observations):
+    """Poses of one frame."""
+
+    pose: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
+    """(n, 4, 4) T_seen_from_seen as seen."""
+
+    def __post_init__(self) -> None:
+        check_samples(self, self.pose, (4, 4))
+        R = self.pose[:, :3, :3]
+        skewed = (np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)) > 1e-3).any(axis=(1, 2))
+        skewed |= np.linalg.det(R) < 0
+        if skewed.any():
+            raise InputError(
+                f"{self.label}: the rotation in row {self.rows[np.argmax(skewed)]} is no rotation "
+                "matrix (columns must be orthonormal and right-handed); check the column order "
+                "and the layout."
+            )
+        # A transposed pose has a rotation too; its translation lies in the last row.
+        turned = (np.abs(self.pose[:, 3] - [0.0, 0.0, 0.0, 1.0]) > 1e-6).any(axis=1)
+        if turned.any():
+            raise InputError(
+                f"{self.label}: the last row of the pose in row {self.rows[np.argmax(turned)]} is "
+                "not 0 0 0 1; give T row by row, translation in the last column."
+            )
+
+    @classmethod
+    def make(
+        cls,
+        q: ArrayLike,
+        pose: ArrayLike,
+        seen_from: str,
+        seen: str,
+        std: tuple[float, float] = DEFAULT_STD,
+        time: ArrayLike | None = None,
+        rows: ArrayLike | None = None,
+    ) -> Poses:
+        """Build from arrays.
+
+        Args:
+            q: (n, n_joints) encoder readings.
+            pose: (n, 4, 4) T_seen_from_seen.
+            seen_from: frame that looks, or that the pose is given in.
+            seen: frame whose pose it is.
+            std: noise of each coordinate (m) and of each rotation component (rad).
+            time: (n,) s; 0, 1, 2, ... when None.
+            rows: (n,) row numbers for messages; 0, 1, 2, ... when None.
+        """
+        readings = np.atleast_2d(np.asarray(q, dtype=np.float64))
+        count = np.arange(len(readings))
+        return cls(
+            time=count.astype(np.float64) if time is None else np.asarray(time, dtype=np.float64),
+            q=readings,
+            seen_from=seen_from,
+            seen=seen,
+            covariance=np.diag(np.repeat(np.square(std), 3)),
+            rows=count if rows is None else np.asarray(rows, dtype=np.int64),
+            pose=np.asarray(pose, dtype=np.float64).reshape(-1, 4, 4),
+        )
+
+    @property
+    def components(self) -> tuple[tuple[str, str, slice], ...]:
+        """Position and rotation each have their noise level."""
+        return (("position", "m", slice(0, 3)), ("rotation", "rad", slice(3, 6)))
+
+    def residual(self, body: Body) -> Array:
+        """Seen minus predicted, (n, 6) m and rad, in `seen_from`."""
+        return self._error(relative_pose(body, self.q, self.seen_from, self.seen))
+
+    def imagined(self, body: Body, q: ArrayLike) -> Self:
+        """See `Observations.imagined`."""
+        T_a_b = relative_pose(body, q, self.seen_from, self.seen)
+        count = np.arange(len(T_a_b))
+        return replace(self, time=count.astype(np.float64), q=np.asarray(q), rows=count, pose=T_a_b)
+
+    def linearize(self, reference: Body, parameters: Parameters, x: Array) -> Linearized:
+        """See `Observations.linearize`."""
+        D = relative_pose_derivatives(reference, parameters, x, self.q, self.seen_from, self.seen)
+        residual = self._error(D.pose)
+        back = -np.swapaxes(lie.inverse_left_jacobian(residual[:, 3:]), 1, 2)
+        by_parameter, by_joint = -D.by_parameter, -D.by_joint
+        by_parameter[:, 3:] = back @ D.by_parameter[:, 3:]
+        by_joint[:, 3:] = back @ D.by_joint[:, 3:]
+        return Linearized(residual, by_parameter, by_joint)
+
+    def _error(self, predicted: Array) -> Array:
+        turned = self.pose[:, :3, :3] @ np.swapaxes(predicted[:, :3, :3], 1, 2)
+        shifted = self.pose[:, :3, 3] - predicted[:, :3, 3]
+        return np.concatenate([shifted, lie.log_so3(turned)], axis=1)
