@@ -38,6 +38,24 @@ def new_file(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def check_new_folder(path: Path, overwrite: bool = False) -> None:
+    """Refuse a place where `new_folder` would fail, before any work is spent; writes nothing.
+
+    Raises:
+        InputError: the place cannot be written, or holds something already.
+    """
+    target = path.resolve()
+    if target.exists() and not target.is_dir():
+        raise InputError(f"'{path}' is a file; name a folder for the results.")
+    if target.is_dir() and any(target.iterdir()) and not overwrite:
+        raise InputError(f"'{path}' is not empty; name another folder or pass --overwrite.")
+    above = next(folder for folder in (target, *target.parents) if folder.exists())
+    if not above.is_dir():
+        raise _unwritable(above, NotADirectoryError(20, "it is a file"))
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise _unwritable(above, PermissionError(13, "Permission denied"))
+
+
 @contextmanager
 def new_folder(path: Path, overwrite: bool = False) -> Iterator[Path]:
     """Yield a temporary folder beside `path`; rename it to `path` when the block succeeds.
@@ -49,17 +67,11 @@ def new_folder(path: Path, overwrite: bool = False) -> Iterator[Path]:
     Raises:
         InputError: the place cannot be written, or holds something already.
     """
+    check_new_folder(path, overwrite)
     target = path.resolve()
-    if target.exists() and not target.is_dir():
-        raise InputError(f"'{path}' is a file; name a folder for the results.")
-    if target.is_dir() and any(target.iterdir()) and not overwrite:
-        raise InputError(f"'{path}' is not empty; name another folder or pass --overwrite.")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
-        if target.is_dir() and not os.access(target, os.W_OK):
-            temporary.rmdir()
-            raise PermissionError(13, "Permission denied")
     except OSError as error:
         raise _unwritable(target.parent, error) from None
     old = temporary.with_name(temporary.name + ".old")

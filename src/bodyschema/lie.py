@@ -48,8 +48,21 @@ def exp_so3(rotation_vector: ArrayLike) -> Array:
 
 
 def log_so3(rotation: ArrayLike) -> Array:
-    """Rotation vector (rad, length <= pi) of a rotation matrix. (*batch, 3, 3) -> (*batch, 3)."""
-    quaternion = quaternion_xyzw(rotation)
+    """Rotation vector (rad, length <= pi) of a rotation matrix. (*batch, 3, 3) -> (*batch, 3).
+
+    While no angle of the batch passes 120 degrees, the skew part sin(t) a and the trace tell it
+    all, which is quick; beyond, the quaternion keeps the digits that the skew part loses.
+    """
+    R = np.asarray(rotation, dtype=np.float64)
+    cosine = (np.trace(R, axis1=-2, axis2=-1) - 1) / 2
+    if cosine.size and cosine.min() > -0.5:
+        vector = 0.5 * (R[..., [2, 0, 1], [1, 2, 0]] - R[..., [1, 2, 0], [2, 0, 1]])
+        sine = np.sqrt(np.sum(vector * vector, axis=-1))
+        small = sine < SMALL_ANGLE
+        safe = np.where(small, 1.0, sine)
+        factor = np.where(small, 1 + sine**2 / 6, np.arctan2(sine, cosine) / safe)
+        return np.asarray(factor[..., None] * vector)
+    quaternion = quaternion_xyzw(R)
     vector, scalar = quaternion[..., :3], quaternion[..., 3]
     length = np.linalg.norm(vector, axis=-1)
     small = length < SMALL_ANGLE

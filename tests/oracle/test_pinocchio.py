@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sysconfig
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.body.kinematics import frame_jacobian, frame_poses, relative_pose
 from bodyschema.body.tree import Body
+from bodyschema.errors import InputError
 
 pin = pytest.importorskip("pinocchio")
 icub_models = pytest.importorskip("icub_models")
@@ -24,7 +24,21 @@ Array = NDArray[np.float64]
 
 EXAMPLES = Path(sysconfig.get_path("purelib"), "cmeel.prefix/share/example-robot-data/robots")
 ICUBS = Path(icub_models.get_models_path())
-FILES = sorted(EXAMPLES.rglob("*.urdf")) + sorted(ICUBS.rglob("*.urdf"))
+REFUSED = {
+    "alex_psyonic_hands": "mimics 'index_q1', which is no moving joint; did you mean",
+    "ur3": "must have one root link, it has 0",
+}
+"""Broken files: fingers that follow joints that do not exist, and a xacro macro unexpanded."""
+
+FILES = [
+    path
+    for folder in (EXAMPLES, ICUBS)
+    for path in sorted(folder.rglob("*.urdf"))
+    if path.stem not in REFUSED
+]
+
+LEADER_COMES_LATER = ("romeo", "talos_full_v2", "talos_full_v2_box")
+"""Pinocchio follows a mimic only to a joint that comes before; these have their values fed in."""
 
 TOLERANCE = 1e-10
 """m, rad, or 1: the robots are about one metre large."""
@@ -73,6 +87,8 @@ class Robot:
 
     def jacobian(self, frame: str) -> Array:
         """(6, n_joints) in the root frame, linear before angular, at the frame's origin."""
+        if not self.model.nv:
+            return np.zeros((6, 0))  # Pinocchio crashes here
         J = pin.getFrameJacobian(self.model, self.data, self.frame(frame), pin.LOCAL_WORLD_ALIGNED)
         return np.asarray(J @ self.columns().T)
 
@@ -92,13 +108,6 @@ def configuration(model: Any, values: dict[str, float]) -> Array:
     return np.asarray(full)
 
 
-def model_of(path: Path, mimic: bool) -> Any:
-    """Pinocchio's model; it insists on a robot name, which one file lacks."""
-    text = path.read_text(encoding="utf-8")
-    text = re.sub(r"<robot\s*>", '<robot name="unnamed">', text, count=1)
-    return pin.buildModelFromXML(text, mimic=mimic)
-
-
 def read(path: Path) -> Robot:
     mimics = {}
     for joint in ET.parse(path).getroot().findall("joint"):
@@ -106,7 +115,7 @@ def read(path: Path) -> Robot:
         if mimic is not None and joint.get("type") != "fixed":
             rate, shift = mimic.get("multiplier", "1"), mimic.get("offset", "0")
             mimics[joint.get("name", "")] = (mimic.get("joint", ""), float(rate), float(shift))
-    model = model_of(path, mimic=False)
+    model = pin.buildModelFromUrdf(str(path), mimic=False)
     return Robot(Body.from_urdf(path), model, model.createData(), mimics)
 
 
@@ -139,12 +148,11 @@ def test_frame_poses(path: Path) -> None:
 @robots
 def test_frame_poses_with_pinocchios_own_mimics(path: Path) -> None:
     robot = read(path)
-    try:
-        model = model_of(path, mimic=True)
-    except Exception as error:
-        # Pinocchio wants the joint that is followed to come first; the test above needs no order.
-        assert "mimic joint is not in the kinematic tree" in str(error)
+    if path.stem in LEADER_COMES_LATER:
+        with pytest.raises(ValueError, match="mimic joint is not in the kinematic tree"):
+            pin.buildModelFromUrdf(str(path), mimic=True)
         return
+    model = pin.buildModelFromUrdf(str(path), mimic=True)
     data, q = model.createData(), postures(robot.body)[-1]
     values = dict(zip(robot.body.joints, q.tolist(), strict=True))
     pin.framesForwardKinematics(model, data, configuration(model, values))
@@ -192,8 +200,14 @@ def seen_from(T_a: Array, T_b: Array, J_a: Array, J_b: Array) -> Array:
     return np.vstack([R @ (J_b[:3] - J_a[:3] + carried), R @ (J_b[3:] - J_a[3:])])
 
 
+@pytest.mark.parametrize("name", REFUSED)
+def test_broken_files_are_refused(name: str) -> None:
+    with pytest.raises(InputError, match=REFUSED[name]):
+        Body.from_urdf(next(EXAMPLES.rglob(f"{name}.urdf")))
+
+
 def test_many_robots_are_compared() -> None:
     """Every file is compared: a test above fails, and never skips, where a reader refuses one."""
     print(f"{len(FILES)} robots compared with Pinocchio {pin.__version__}")
     assert len(FILES) >= 65
-    assert sum(bool(read(path).mimics) for path in FILES) >= 9
+    assert sum(bool(read(path).mimics) for path in FILES) >= 8

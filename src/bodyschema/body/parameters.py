@@ -68,6 +68,11 @@ class Parameters:
     def __len__(self) -> int:
         return len(self.names)
 
+    @property
+    def scale(self) -> Array:
+        """(n_parameters,) prior standard deviations, 1 where there is no prior."""
+        return np.where(np.isfinite(self.prior_std), self.prior_std, 1.0)
+
     def where(self, groups: Iterable[str]) -> Parameters:
         """The parameters of these groups only, in the same order."""
         wanted = set(groups)

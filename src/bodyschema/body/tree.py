@@ -177,7 +177,7 @@ class Body:
         """
         if frame in self.frames:
             raise InputError(f"{self.name} has a frame '{frame}' already; choose another name.")
-        T = np.eye(4) if T_parent_frame is None else np.asarray(T_parent_frame, dtype=np.float64)
+        T = _rigid(np.eye(4) if T_parent_frame is None else T_parent_frame)
         return replace(
             self,
             frames=(*self.frames, frame),
@@ -194,7 +194,7 @@ class Body:
     def with_placement(self, frame: str, T_parent_joint: ArrayLike) -> Body:
         """A body with another placement of one frame, (4, 4)."""
         placement = self.placement.copy()
-        placement[self.frame_index(frame)] = T_parent_joint
+        placement[self.frame_index(frame)] = _rigid(T_parent_joint)
         return replace(self, placement=placement)
 
     def with_parameters(self, parameters: Parameters, x: ArrayLike) -> Body:
@@ -219,3 +219,10 @@ class Body:
     def tangents(self) -> Array:
         """(n_frames, 3, 2) tangent basis of each axis."""
         return lie.tangent_basis(self.axis)
+
+
+def _rigid(T_a_b: ArrayLike) -> Array:
+    T = np.asarray(T_a_b, dtype=np.float64)
+    if T.shape != (4, 4) or not np.isfinite(T).all():
+        raise InputError(f"expected a 4x4 transform, got an array {T.shape}:\n{T}")
+    return T

@@ -34,20 +34,27 @@ def read_urdf(path: Path, packages: Packages) -> Body:
     Raises:
         InputError: the file is missing, is no URDF, or describes no tree.
     """
-    return parse_urdf(urdf_text(path), path, packages)
+    return parse_urdf(urdf_text(path, packages), path, packages)
 
 
-def urdf_text(path: Path) -> bytes:
+def urdf_text(path: Path, packages: Packages) -> bytes:
     """The URDF as bytes, xacro expanded."""
     if not path.is_file():
         raise InputError(f"no robot description at '{path}'; give the path of a URDF file.")
     if path.suffix != ".xacro":
         return path.read_bytes()
     try:
-        from xacrodoc import XacroDoc
+        import xacrodoc
     except ImportError:
         raise MissingExtraError("xacrodoc", "xacro", f"reading '{path.name}'") from None
-    return str(XacroDoc.from_file(path).to_urdf_string()).encode()
+    xacrodoc.packages.update_package_cache(packages)
+    try:
+        # Packages that only meshes name may be missing; `resolve_mesh` deals with them.
+        document = xacrodoc.XacroDoc.from_file(path, resolve_packages=False)
+    except Exception as error:  # xacro evaluates Python, so anything may be raised
+        reason = str(error).partition("\n")[0].rstrip(". ")
+        raise InputError(f"'{path}' is no xacro that can be expanded: {reason}.") from None
+    return str(document.to_urdf_string()).encode()
 
 
 def parse_urdf(text: bytes, path: Path, packages: Packages) -> Body:

@@ -1,1 +1,52 @@
-"""The command line: one file a verb."""
+"""The command line: `bodyschema VERB`, one file a verb.
+
+Exit codes: 0 done; 1 the answer is "no" (refused, changed); 2 the input cannot be used.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+from bodyschema.errors import BodyschemaError
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point of the command `bodyschema`."""
+    try:
+        code = run(sys.argv[1:] if arguments is None else arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader (`head`, `less`) has gone; there is nobody left to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 1
+    sys.exit(code)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one verb; returns its exit code and prints errors of the input in one sentence."""
+    import tyro
+
+    from bodyschema.cli.calibrate import Calibrate
+    from bodyschema.cli.export import Export
+    from bodyschema.cli.simulate import Simulate
+
+    verbs = (
+        Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
+        | Annotated[Simulate, tyro.conf.subcommand("simulate")]
+        | Annotated[Export, tyro.conf.subcommand("export")]
+    )
+    verb = tyro.cli(
+        verbs,
+        prog="bodyschema",
+        description="Keeps a robot's model of its own body true while the robot works.",
+        args=list(arguments) or ["--help"],
+        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+    )
+    try:
+        return int(verb.run())
+    except BodyschemaError as error:
+        print(f"bodyschema: {error}", file=sys.stderr)
+        return 2

@@ -17,8 +17,10 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from bodyschema.errors import InputError, did_you_mean
+from bodyschema.export.joint_edit import DEFAULTS, JointEdit, clean
 
-Vector = tuple[float, float, float]
+__all__ = ["JointEdit", "patch_urdf"]
+
 Change = tuple[int, int, bytes]  # the bytes from start to end become the text
 
 _START_TAG = re.compile(rb"<[^\s/>]+(?:\s+[^\s=]+\s*=\s*(?:\"[^\"]*\"|'[^']*'))*(\s*/?>)")
@@ -27,54 +29,11 @@ _LINE_COMMENTS = re.compile(rb"(?:[ \t]*<!--(?:(?!-->)[^\r\n])*-->)+(?=[ \t]*[\r
 _TOKEN = re.compile(rb"\S+")
 _NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _UTF16 = {b"\xff\xfe": "le", b"<\0": "le", b"\xfe\xff": "be", b"\0<": "be"}
-_DEFAULTS: dict[tuple[str, str], tuple[float, ...]] = {
-    ("origin", "xyz"): (0.0, 0.0, 0.0),
-    ("origin", "rpy"): (0.0, 0.0, 0.0),
-    ("axis", "xyz"): (1.0, 0.0, 0.0),
-    ("limit", "lower"): (0.0,),
-    ("limit", "upper"): (0.0,),
+_STATED_LIMITS = {
+    "limit": ("lower", "upper"),
+    "safety_controller": ("soft_lower_limit", "soft_upper_limit"),
 }
-
-
-@dataclass(frozen=True)
-class JointEdit:
-    """New values for one `<joint>`; None leaves the attribute as it is."""
-
-    xyz: Vector | None = None
-    """`<origin xyz>`: position of the joint's frame in that of its parent link, metres."""
-    rpy: Vector | None = None
-    """`<origin rpy>`: fixed-axis angles of the same placement (Rz·Ry·Rx), rad."""
-    axis: Vector | None = None
-    """`<axis xyz>`: unit vector in the joint's frame."""
-    lower: float | None = None
-    """`<limit lower>`: rad for a revolute joint, metres for a prismatic one."""
-    upper: float | None = None
-    """`<limit upper>`: rad for a revolute joint, metres for a prismatic one."""
-
-    def __post_init__(self) -> None:
-        """Refuse numbers that would break the file for its readers."""
-        for tag, group in self.numbers().items():
-            for name, numbers in group.items():
-                count = len(_DEFAULTS[tag, name])
-                if len(numbers) != count or not all(map(math.isfinite, numbers)):
-                    raise InputError(f"<{tag} {name}> needs {count} finite numbers: {numbers}.")
-        if self.axis is not None and abs(math.hypot(*self.axis) - 1.0) > 1e-6:
-            raise InputError(f"axis needs a unit vector, got {self.axis}: divide by its length.")
-        if self.lower is not None and self.upper is not None and self.lower > self.upper:
-            raise InputError(f"the lower limit {self.lower} is above the upper {self.upper}.")
-
-    def numbers(self) -> dict[str, dict[str, tuple[float, ...]]]:
-        """Return the given values as they will be written, by element and attribute."""
-        limits = {"lower": self.lower, "upper": self.upper}
-        values: dict[str, dict[str, tuple[float, ...] | None]] = {
-            "origin": {"xyz": self.xyz, "rpy": self.rpy},
-            "axis": {"xyz": self.axis},
-            "limit": {name: None if x is None else (x,) for name, x in limits.items()},
-        }
-        return {
-            tag: {name: tuple(map(_clean, xs)) for name, xs in group.items() if xs is not None}
-            for tag, group in values.items()
-        }
+"""Elements and attributes of a joint that are values of its coordinate, rad or metres."""
 
 
 def patch_urdf(source: bytes, edits: Mapping[str, JointEdit]) -> bytes:
@@ -117,6 +76,7 @@ class _Element:
     """One element of the file, at the byte offsets that expat reports."""
 
     tag: str
+    attributes: Mapping[str, str]
     start: int
     line: int
     end: int = -1
@@ -143,7 +103,8 @@ class _JointFinder:
         return self._joints
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        element = _Element(tag, self._parser.CurrentByteIndex, self._parser.CurrentLineNumber)
+        place = self._parser.CurrentByteIndex, self._parser.CurrentLineNumber
+        element = _Element(tag, attributes, *place)
         if self._open:
             self._open[-1].children.append(element)
         elif tag != "robot":
@@ -169,11 +130,31 @@ def _joint_changes(source: bytes, joint: _Element, name: str, edit: JointEdit) -
                 yield from _attribute_changes(source, element, attribute, numbers)
         elif tag == "limit" and wanted:
             raise InputError(f"joint '{name}' has no <limit>: leave lower and upper None.")
-        elif any(numbers != _DEFAULTS[tag, key] for key, numbers in wanted.items()):
+        elif any(numbers != DEFAULTS[tag, key] for key, numbers in wanted.items()):
             written = (b' %b="%b"' % (key.encode(), _text(xs)) for key, xs in wanted.items())
             added.append(b"<%b%b/>" % (tag.encode(), b"".join(written)))
     if added:
         yield _addition(source, joint, added)
+    if edit.shift_limits is not None and joint.attributes.get("type") != "continuous":
+        yield from _shifted_limits(source, joint, name, edit.shift_limits)
+
+
+def _shifted_limits(source: bytes, joint: _Element, name: str, shift: float) -> Iterator[Change]:
+    """Add the shift to the limits that are written; of a pair with one end, also to the other."""
+    for tag, pair in _STATED_LIMITS.items():
+        element = next((child for child in joint.children if child.tag == tag), None)
+        if element is None or not any(attribute in element.attributes for attribute in pair):
+            continue
+        for attribute in pair:
+            written = element.attributes.get(attribute, "0")
+            try:
+                limit = float(written)
+            except ValueError:
+                raise InputError(
+                    f"<{tag} {attribute}> of joint '{name}' is '{written}', expected a number."
+                ) from None
+            if math.isfinite(limit):
+                yield from _attribute_changes(source, element, attribute, (clean(limit + shift),))
 
 
 def _attribute_changes(
@@ -190,9 +171,9 @@ def _attribute_changes(
             return
         for (start, end), number in zip(tokens, numbers, strict=True):
             token = _NUMBER.fullmatch(source, start, end)
-            if token is None or _clean(float(token[0])) != number:
+            if token is None or clean(float(token[0])) != number:
                 yield start, end, _text((number,))
-    elif numbers != _DEFAULTS[element.tag, name]:
+    elif numbers != DEFAULTS.get((element.tag, name), (0.0,)):
         at = attributes[-1].end() if attributes else element.start + 1 + len(element.tag)
         gap, quote = attributes[-1].group(1, 3) if attributes else (b" ", b'"')
         yield at, at, gap + name.encode() + b"=" + quote + _text(numbers) + quote
@@ -236,13 +217,6 @@ def _gap_before(source: bytes, position: int, floor: int) -> bytes:
     line = source[at + 1 : position]
     indent = line[: len(line) - len(line.lstrip(b" \t"))]
     return (b"\r\n" if source[at - 1 : at + 1] == b"\r\n" else source[at : at + 1]) + indent
-
-
-def _clean(value: float) -> float:
-    """Drop the rounding noise of a computation: 0.30000000000000004 is 0.3, -0.0 is 0.0."""
-    short = round(float(value), 12)
-    noise = 4.0 * math.ulp(max(1.0, abs(short)))
-    return (short if abs(short - value) <= noise else float(value)) + 0.0
 
 
 def _text(numbers: tuple[float, ...]) -> bytes:

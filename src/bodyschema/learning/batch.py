@@ -148,7 +148,7 @@ def _descend(
 
     All is scaled by the prior, so that the damping means the same for radians and metres.
     """
-    D = np.where(np.isfinite(parameters.prior_std), parameters.prior_std, 1.0)
+    D = parameters.scale
     precision = parameters.prior_std**-2.0
     H = (H + np.diag(precision)) * np.outer(D, D)
     g = (g + precision * x) * D

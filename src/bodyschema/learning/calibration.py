@@ -137,30 +137,30 @@ def calibrate(
 
     models = _affordable(problem, folds) if groups is None else ((), tuple(groups))
     tests = {model: judge(model) for model in dict.fromkeys(models)}
-    chosen = _choose(tests) if groups is None else tuple(groups)
-    nominal = judge((), roughly=False)
-    final = judge(chosen, field=True)
-    progress("fit to all samples")
-    fit = problem.fit(problem.parameters(chosen), senses)
-    good = outlier_free(senses, fit, problem.learner.freedom)
+    # The largest model leaves the least geometry in the residuals: it tells outliers and lateness.
+    fullest = problem.fit(problem.parameters(models[-1]), senses)
+    good = outlier_free(senses, fullest, problem.learner.freedom)
     outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
-    before = _accuracy(senses, nominal.residuals, good)
-    after = _accuracy(senses, final.residuals, good)
-    gain = -_behind(final, nominal)
-    plain = _accuracy(senses, tests[()].residuals, good)
-    verdict, explanation = _verdict(chosen, gain, before, plain, after)
+    candidates = _candidates(problem, tests, senses, good)
+    chosen = _choose(tests, candidates) if groups is None else tuple(groups)
+    nominal = _accuracy(senses, judge((), roughly=False).residuals, good)
+    final = judge(chosen, field=True)
+    corrected = _accuracy(senses, final.residuals, good)
+    progress("fit to all samples")
+    fit = fullest if chosen == models[-1] else problem.fit(problem.parameters(chosen), senses)
+    verdict, explanation = _verdict(chosen, nominal, candidates[0].accuracy, corrected)
     return Calibration(
         verdict=verdict,
         explanation=explanation,
         fit=fit,
         groups=chosen,
-        candidates=_candidates(problem, tests, senses, good),
-        nominal=before,
-        held_out=after,
+        candidates=candidates,
+        nominal=nominal,
+        held_out=corrected,
         with_field=_accuracy(senses, final.corrected, good),
         identifiability=identifiability(fit, senses, seed),
         outliers=tuple(sorted(outliers)),
-        clock=check_clock(problem.fit(problem.parameters(models[-1]), senses), senses, seed),
+        clock=check_clock(fullest, senses, seed),
         n_rows=len(final.scores),
         seconds=time.perf_counter() - begin,
     )
@@ -179,10 +179,17 @@ def _affordable(problem: Problem, folds: int) -> tuple[tuple[str, ...], ...]:
     )
 
 
-def _choose(tests: Mapping[tuple[str, ...], HeldOut]) -> tuple[str, ...]:
-    """The simplest model that the best one does not beat convincingly."""
-    best = min(tests.values(), key=lambda test: float(np.mean(test.scores)))
-    return next(model for model, test in tests.items() if _behind(test, best) < CONVINCING)
+def _choose(
+    tests: Mapping[tuple[str, ...], HeldOut], candidates: Sequence[Candidate]
+) -> tuple[str, ...]:
+    """The simplest model that the best one does not beat convincingly.
+
+    Models with a larger held-out rms error than the frames alone do not compete.
+    """
+    limit = candidates[0].accuracy.position.rms
+    eligible = [c.groups for c in candidates if c.accuracy.position.rms <= limit]
+    best = min((tests[model] for model in eligible), key=lambda test: float(np.mean(test.scores)))
+    return next(model for model in eligible if _behind(tests[model], best) < CONVINCING)
 
 
 def _behind(test: HeldOut, other: HeldOut) -> float:
@@ -223,35 +230,28 @@ def _candidates(
 
 
 def _verdict(
-    chosen: tuple[str, ...], gain: float, before: Accuracy, plain: Accuracy, after: Accuracy
+    chosen: tuple[str, ...], nominal: Accuracy, frames: Accuracy, corrected: Accuracy
 ) -> tuple[Verdict, str]:
     """Whether the held-out error speaks for the corrected body.
 
     Args:
         chosen: the model that was fitted.
-        gain: held-out score over the nominal robot, in standard errors.
-        before: of the nominal robot.
-        plain: with the frames alone fitted.
-        after: of the corrected body.
+        nominal: accuracy of the robot as modelled.
+        frames: with the frames alone fitted.
+        corrected: of the corrected body.
     """
-    nominal, frames, corrected = (
-        f"{1e3 * accuracy.position.rms:.2f} mm" for accuracy in (before, plain, after)
-    )
-    if chosen and after.position.rms > min(before.position.rms, plain.position.rms):
+    before, plain, after = (1e3 * a.position.rms for a in (nominal, frames, corrected))
+    if after > before or (chosen and after > plain):
         return "refused", (
-            f"Freeing {describe_groups(chosen)} makes the held-out error worse ({corrected} rms "
-            f"against {frames} with the frames alone and {nominal} as modelled)."
+            f"Fitting {describe_groups(chosen)} makes the held-out error worse: {after:.2f} mm rms, "
+            f"against {before:.2f} mm as modelled and {plain:.2f} mm with the frames alone."
         )
-    if chosen and gain > 0:
+    if chosen:
         return "calibrated", (
-            f"The held-out error falls from {nominal} to {corrected} rms when "
+            f"The held-out error falls from {before:.2f} to {after:.2f} mm rms when "
             f"{describe_groups(chosen)} are corrected."
         )
-    if after.position.rms > before.position.rms:
-        return "refused", (
-            f"Nothing that was tried brings the held-out error below the nominal {nominal} rms."
-        )
     return "only frames", (
-        f"Correcting the joints does not help: the held-out error is {corrected} rms with the "
+        f"Correcting the joints does not help: the held-out error is {after:.2f} mm rms with the "
         "frames placed and the joints left as modelled."
     )

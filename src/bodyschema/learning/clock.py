@@ -71,7 +71,9 @@ def check_clock(fit: Fit, senses: Sequence[Observations], seed: int = 0) -> Cloc
     z = _projections(residual, slope, q, np.arange(1, n + 1)) / spread
     reached = np.sum(_agreement(null / spread) >= _agreement(z))
     p_value = float((reached + 1) / (SHUFFLES + 1))
-    late = rows[:n][_late_share(np.minimum(z, LARGEST)) > 0.5] if p_value < FALSE_ALARM else rows[:0]
+    late = (
+        rows[:n][_late_share(np.minimum(z, LARGEST)) > 0.5] if p_value < FALSE_ALARM else rows[:0]
+    )
     return ClockCheck(p_value, tuple(int(row) for row in late))
 
 

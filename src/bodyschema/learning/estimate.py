@@ -43,11 +43,9 @@ class Estimate:
     def covariance(self) -> Array:
         """Posterior covariance, (n_parameters, n_parameters), symmetric by construction."""
         # Scaling by the prior keeps the factor well conditioned across rad, m and ratios.
-        scale = self.parameters.prior_std
-        finite = np.where(np.isfinite(scale), scale, 1.0)
-        scaled = self.information * np.outer(finite, finite)
-        inverse = cho_solve(cho_factor(scaled, lower=True), np.eye(len(finite)))
-        return np.asarray((inverse + inverse.T) / 2 * np.outer(finite, finite))
+        D = np.outer(self.parameters.scale, self.parameters.scale)
+        inverse = cho_solve(cho_factor(self.information * D, lower=True), np.eye(len(D)))
+        return np.asarray((inverse + inverse.T) / 2 * D)
 
     @property
     def std(self) -> Array:

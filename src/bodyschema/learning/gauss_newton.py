@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, solve_triangular
+from scipy.linalg import lapack
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
@@ -117,33 +117,32 @@ class GaussNewton:
         level, count = state.levels.get(sample.label, ((1.0,) * len(sample.components), 1.0))
         s = level_rows(sample, level)
         r, J = part.residual[0] / s, part.jacobian[0] / s[:, None]
-        d = len(r)
-        D = np.where(np.isfinite(state.parameters.prior_std), state.parameters.prior_std, 1.0)
-        L, _ = cho_factor(state.information * np.outer(D, D), lower=True, check_finite=False)
-        half = solve_triangular(L, (J * D).T, lower=True, check_finite=False)
-        absorbed = half.T @ half
-        surprise = float(r @ np.linalg.solve(np.eye(d) + absorbed, r))
-        weight = 1.0 if np.isinf(self.freedom) else (self.freedom + d) / (self.freedom + surprise)
-        S = np.eye(d) / weight + absorbed
-        gain = D * solve_triangular(
-            L, half @ np.linalg.solve(S, r), lower=True, trans="T", check_finite=False
+        L, half = _half_gain(state, J)
+        absorbed, one = half.T @ half, np.eye(len(r))
+        surprise = float(r @ np.linalg.solve(one + absorbed, r))
+        weight = self._weight(surprise, len(r))
+        solved = np.linalg.solve(one / weight + absorbed, np.column_stack([r, absorbed]))
+        # The residual and the variance of the prediction that remain after the step.
+        left = solved[:, 0] / weight
+        spread = np.diag(absorbed) - np.sum(absorbed * solved[:, 1:].T, axis=1)
+        after = self._levels(sample, level, count, weight * (left**2 + spread))
+        changed = replace(
+            state,
+            x=_moved(state, L, half @ solved[:, 0]),
+            information=self._remembered(state) + weight * (J.T @ J),
+            levels={**state.levels, sample.label: after},
         )
-        bound = state.parameters.bound
-        x = np.clip(state.x - gain, -bound, bound)
-        information = state.information + weight * (J.T @ J)
-        if self.forgetting < 1:
-            prior = np.diag(state.parameters.prior_std**-2.0)
-            kept = self.forgetting * state.information + (1 - self.forgetting) * prior
-            information = kept + weight * (J.T @ J)
-        left = np.linalg.solve(S, r) / weight
-        spread = np.diag(absorbed - absorbed @ np.linalg.solve(S, absorbed))
-        level, count = self._levels(sample, level, count, weight * (left**2 + spread))
-        levels = {**state.levels, sample.label: (level, count)}
-        residual = np.linalg.cholesky(sample.covariance) @ part.residual[0]
-        return (
-            replace(state, x=x, information=information, levels=levels),
-            Innovation(residual, surprise, float(weight)),
-        )
+        return changed, Innovation(part.factor @ part.residual[0], surprise, weight)
+
+    def _weight(self, surprise: float, d: int) -> float:
+        return 1.0 if np.isinf(self.freedom) else (self.freedom + d) / (self.freedom + surprise)
+
+    def _remembered(self, state: Belief) -> Array:
+        """lambda Lambda + (1 - lambda) P."""
+        if self.forgetting == 1:
+            return state.information
+        prior = np.diag(state.parameters.prior_std**-2.0)
+        return self.forgetting * state.information + (1 - self.forgetting) * prior
 
     def _levels(
         self, sample: Observations, level: tuple[float, ...], count: float, ratio: Array
@@ -155,6 +154,25 @@ class GaussNewton:
             found.append(max(old * np.sqrt(share), SMALLEST_LEVEL))
         longest = 1 / (1 - self.forgetting) if self.forgetting < 1 else np.inf
         return tuple(found), min(count + 1, longest)
+
+
+def _half_gain(state: Belief, J: Array) -> tuple[Array, Array]:
+    """Cholesky factor L of the information, scaled by the prior, and L^-1 J^T.
+
+    The scale keeps radians, metres and ratios in one range, so that the factor stays accurate.
+    LAPACK is called directly: at this size its wrappers would take longer than the work.
+    """
+    D = state.parameters.scale
+    L, _ = lapack.dpotrf(D[:, None] * state.information * D, lower=1)
+    half, _ = lapack.dtrtrs(L, (J * D).T, lower=1)
+    return L, half
+
+
+def _moved(state: Belief, L: Array, pull: Array) -> Array:
+    """x - C J^T S^-1 r, inside the bounds."""
+    step, _ = lapack.dtrtrs(L, pull, lower=1, trans=1)
+    bound = state.parameters.bound
+    return np.asarray(np.clip(state.x - state.parameters.scale * step, -bound, bound))
 
 
 def merge(samples: Sequence[Observations]) -> list[Observations]:

@@ -88,7 +88,7 @@ def identifiability(fit: Fit, senses: Sequence[Observations], seed: int = 0) -> 
     parameters = estimate.parameters
     if not len(parameters):
         return Identifiability(0, (), np.zeros(0))
-    D = np.where(np.isfinite(parameters.prior_std), parameters.prior_std, 1.0)
+    D = parameters.scale
     F = D[:, None] * estimate.data_information * D
     inherent_F = D[:, None] * _information_at_random(fit, senses, seed) * D
     values, vectors = np.linalg.eigh(F)

@@ -33,19 +33,20 @@ class Whitened:
     """(n, dimension)."""
     jacobian: Array
     """(n, dimension, n_parameters)."""
+    factor: Array
+    """(dimension, dimension) Cholesky factor of the noise: factor @ residual is in SI units."""
 
 
 def whiten(sense: Observations, reference: Body, parameters: Parameters, x: Array) -> Whitened:
     """Residual and Jacobian multiplied by the inverse Cholesky factor of the noise."""
     linear = sense.linearize(reference, parameters, x)
-    L = np.linalg.cholesky(sense.covariance)
+    L = np.asarray(np.linalg.cholesky(sense.covariance), dtype=np.float64)
     n, d = linear.residual.shape
     stacked = np.concatenate([linear.residual[..., None], linear.by_parameter], axis=2)
     flat = solve_triangular(L, stacked.transpose(1, 0, 2).reshape(d, -1), lower=True)
     white = flat.reshape(d, n, -1).transpose(1, 0, 2)
-    return Whitened(
-        sense, np.ascontiguousarray(white[..., 0]), np.ascontiguousarray(white[..., 1:])
-    )
+    jacobian = np.ascontiguousarray(white[..., 1:])
+    return Whitened(sense, np.ascontiguousarray(white[..., 0]), jacobian, L)
 
 
 def whitened_residual(sense: Observations, body: Body) -> Array:
@@ -70,7 +71,7 @@ def information(
     H, g = np.zeros((n_parameters, n_parameters)), np.zeros(n_parameters)
     for part, level, weight in zip(parts, levels, weights, strict=True):
         root = np.sqrt(weight)[:, None] / level_rows(part.sense, level)
-        J = (root[..., None] * part.jacobian).reshape(-1, n_parameters)
+        J = (root[..., None] * part.jacobian).reshape(root.size, n_parameters)
         H += J.T @ J
         g += J.T @ (root * part.residual).ravel()
     return H, g

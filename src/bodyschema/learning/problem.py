@@ -56,7 +56,7 @@ class Problem:
 
     def parameters(self, groups: Sequence[str], roughly: bool = True) -> Parameters:
         """The parameters of a model: joint groups, unknown frames, and frames known roughly."""
-        parts = [free_joints(self.body, groups, self.joints)] if groups else []
+        parts = [free_joints(self.body, groups, self.joints)]
         for frame, known in self.frames.items():
             turns = self._turns(frame)
             if known == "no":

@@ -86,8 +86,18 @@ class Observations:
 
 
 def concatenate(parts: Sequence[Observations]) -> Observations:
-    """One batch of several batches of the same sense."""
+    """One batch of several batches of the same sense, seen from and of the same frames.
+
+    Raises:
+        InputError: they differ in sense or frames.
+    """
     first = parts[0]
+    for part in parts[1:]:
+        if (type(part), part.seen_from, part.seen) != (type(first), first.seen_from, first.seen):
+            raise InputError(
+                f"{type(part).__name__} of {part.label} and {type(first).__name__} of "
+                f"{first.label} are not one batch; keep them apart."
+            )
     joined: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in first.arrays
     }

@@ -1,0 +1,115 @@
+"""calibration.yaml: everything that a calibration found, for people and for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bodyschema.export.documents import rounded, versions, yaml_text
+from bodyschema.learning.calibration import Accuracy, Calibration, Candidate
+from bodyschema.learning.held_out import Errors
+
+OPEN = 0.5
+"""Share of a parameter's prior variance in open directions above which it is not determined."""
+
+HEADING = """\
+What a calibration found, written by bodyschema.
+offsets: the true joint value is its reading plus the offset (rad; m for prismatic joints).
+held_out: errors on samples that the fit had not seen; before is the robot as modelled.
+parameters: deviations from the model; std is null where the data do not determine the value,
+and combined_with then names the parameters whose sum alone is known."""
+
+
+def calibration_text(calibration: Calibration, notes: Sequence[str] = ()) -> str:
+    """calibration.yaml; see `calibration_document`."""
+    return yaml_text(calibration_document(calibration, notes), HEADING)
+
+
+def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) -> dict[str, Any]:
+    """The answer of `calibrate` in plain values, in a fixed order.
+
+    Args:
+        calibration: the answer.
+        notes: sentences on what was done with it.
+    """
+    body = calibration.body
+    document: dict[str, Any] = {
+        "robot": body.name,
+        "verdict": calibration.verdict,
+        "explanation": calibration.explanation,
+        "notes": list(notes),
+        "groups": list(calibration.groups),
+        "held_out": {
+            "before": _accuracy(calibration.nominal),
+            "after": _accuracy(calibration.held_out),
+            "after_with_residual_field": _accuracy(calibration.with_field),
+        },
+        "offsets": {j: rounded(o) for j, o in zip(body.joints, body.offset, strict=True)},
+        "gears": {j: rounded(g) for j, g in zip(body.joints, body.gear, strict=True) if g},
+        "parameters": _parameters(calibration),
+        "not_determined": list(calibration.identifiability.sentences),
+        "models": [_candidate(candidate) for candidate in calibration.candidates],
+        "rows": calibration.n_rows,
+        "outlier_rows": list(calibration.outliers),
+        "late_rows": list(calibration.clock.late_rows),
+        "clock_p_value": rounded(calibration.clock.p_value),
+        "noise": {
+            name: rounded(level) for name, level in (calibration.estimate.noise or {}).items()
+        },
+        "converged": calibration.fit.converged,
+        "versions": versions(),
+    }
+    return document
+
+
+def _parameters(calibration: Calibration) -> list[dict[str, Any]]:
+    estimate, known = calibration.estimate, calibration.identifiability
+    parameters = estimate.parameters
+    if not len(parameters):
+        return []
+    std, shares = estimate.std, known.open_share
+    listed = []
+    for i, name in enumerate(parameters.names):
+        determined = bool(shares[i] <= OPEN)
+        listed.append(
+            {
+                "name": name,
+                "value": rounded(float(estimate.x[i])),
+                "std": rounded(float(std[i])) if determined else None,
+                "unit": parameters.units[i],
+                "prior_std": rounded(float(parameters.prior_std[i])),
+                "group": parameters.groups[i],
+                "identifiable": determined,
+                "combined_with": list(known.partners(name)),
+            }
+        )
+    return listed
+
+
+def _accuracy(accuracy: Accuracy) -> dict[str, Any]:
+    rotation = accuracy.rotation
+    return {
+        "position_mm": _errors(accuracy.position, 1e3),
+        "rotation_deg": None if rotation is None else _errors(rotation, 180 / np.pi),
+    }
+
+
+def _errors(errors: Errors, scale: float) -> dict[str, float | None]:
+    """In the unit that `scale` of them make one SI unit of."""
+    return {
+        "rms": rounded(scale * errors.rms),
+        "median": rounded(scale * errors.median),
+        "max": rounded(scale * errors.max),
+    }
+
+
+def _candidate(candidate: Candidate) -> dict[str, Any]:
+    return {
+        "groups": list(candidate.groups),
+        "n_parameters": candidate.n_parameters,
+        "score": rounded(candidate.score),
+        "behind_best": rounded(candidate.behind),
+        "position_rms_mm": rounded(1e3 * candidate.accuracy.position.rms),
+    }

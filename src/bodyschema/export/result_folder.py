@@ -1,0 +1,172 @@
+"""The result of a calibration as one folder, which appears whole or not at all.
+
+robot.urdf          the user's own file with the changed numbers, byte by byte otherwise
+calibration.yaml    everything that was found
+kinematics.yaml     the joint frames, for xacro
+transforms.yaml     cameras, trackers and tools that were estimated, if any
+run.json            what was asked, with versions and hashes of the inputs
+
+When the verdict is "only frames", the joints of robot.urdf are as they were given, and without a
+frame of its own that was estimated it is the same bytes. Whether to write a result that was
+"refused" is for the caller to decide; its calibration.yaml says so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from bodyschema.atomic import new_folder
+from bodyschema.body.meshes import Packages
+from bodyschema.body.tree import Body
+from bodyschema.body.urdf import parse_urdf, urdf_text
+from bodyschema.errors import InputError
+from bodyschema.export.calibration_yaml import calibration_text
+from bodyschema.export.documents import plain, versions
+from bodyschema.export.kinematics_yaml import kinematics_text
+from bodyschema.export.static_transforms import attached_frames, estimated_frames, transforms_text
+from bodyschema.export.urdf_edits import described, unwritable, urdf_edits
+from bodyschema.export.urdf_patch import patch_urdf
+from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.learning.calibration import Calibration
+
+INPUT_KEYS = ("robot", "recording", "inputs")
+"""Entries of a run that name files or folders that were read."""
+
+TABLES = (".toml", ".json")
+"""Suffixes of DH tables; any other robot description is a URDF or a xacro file."""
+
+
+def write_result(
+    calibration: Calibration,
+    nominal: Body,
+    source: Path | None,
+    folder: Path,
+    run: Mapping[str, Any],
+    overwrite: bool = False,
+    more: Mapping[str, bytes] | None = None,
+) -> list[Path]:
+    """Write the folder.
+
+    Args:
+        calibration: the answer.
+        nominal: as described, without the frames that were attached.
+        source: the robot description: URDF, xacro or DH table; None if there is no file.
+        folder: where; new, empty, or with `overwrite` anything, which is replaced.
+        run: what was asked. Paths under "robot", "recording" and "inputs" are hashed.
+        overwrite: replace what is in the folder.
+        more: further files by name, such as a report.
+
+    Returns:
+        The paths of the files.
+
+    Raises:
+        InputError: the folder holds one of the inputs or lies in it, cannot be written, or holds
+            something already.
+    """
+    inputs = list(_inputs(source, run))
+    _refuse_inputs(folder, inputs)
+    files = result_files(calibration, nominal, source, run.get("packages", {}))
+    files["run.json"] = _record(run, inputs)
+    files |= more or {}
+    with new_folder(folder, overwrite) as fresh:
+        for name, content in files.items():
+            (fresh / name).write_bytes(content)
+    return [folder / name for name in files]
+
+
+def result_files(
+    calibration: Calibration, nominal: Body, source: Path | None, packages: Packages
+) -> dict[str, bytes]:
+    """Contents of the files that the calibration decides, by name; see `write_result`."""
+    text = None if source is None or source.suffix in TABLES else urdf_text(source, packages)
+    if text is not None and source is not None:
+        # What the file says is what is patched, whatever was done to the body since.
+        nominal = parse_urdf(text, source, packages)
+    body = _body_to_write(calibration, nominal)
+    robot = write_urdf(body) if text is None else patch_urdf(text, urdf_edits(nominal, body))
+    texts = {
+        "calibration.yaml": calibration_text(calibration, _notes(calibration, nominal, body)),
+        "kinematics.yaml": kinematics_text(body),
+    }
+    if attached_frames(calibration, nominal):
+        texts["transforms.yaml"] = transforms_text(calibration, nominal)
+    return {"robot.urdf": robot} | {name: text.encode() for name, text in texts.items()}
+
+
+def _body_to_write(calibration: Calibration, nominal: Body) -> Body:
+    """The nominal tree with the corrected numbers; those of its frames alone if so decided."""
+    corrected = described(nominal, calibration.body)
+    if calibration.verdict != "only frames":
+        return corrected
+    body = nominal
+    for frame in estimated_frames(calibration.estimate.parameters):
+        if frame in nominal.frames:
+            body = body.with_placement(frame, corrected.placement[corrected.frame_index(frame)])
+    return body
+
+
+def _notes(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
+    """Sentences on what was written and what was not."""
+    notes = []
+    if calibration.verdict == "refused":
+        notes.append("This calibration was refused: do not trust a robot to these files.")
+    count = len(urdf_edits(nominal, body))
+    if count:
+        notes.append(f"robot.urdf is corrected at {count} joint{'s' * (count > 1)}.")
+    else:
+        notes.append("robot.urdf is the robot as described: nothing in it was changed.")
+    if calibration.verdict == "only frames" and calibration.groups:
+        notes.append(
+            f"The frames were estimated together with joint {', '.join(calibration.groups)}, which "
+            "are not in robot.urdf; calibrate with the frames alone to use them with it."
+        )
+    return notes + unwritable(nominal, body)
+
+
+def _inputs(source: Path | None, run: Mapping[str, Any]) -> Iterator[Path]:
+    """Files and folders that were read, each once."""
+    values = [source, *(run.get(key) for key in INPUT_KEYS)]
+    seen = set()
+    while values:
+        value = values.pop(0)
+        if isinstance(value, Mapping):
+            values += value.values()
+        elif isinstance(value, list | tuple):
+            values += value
+        elif isinstance(value, str | Path) and str(value) and Path(value).exists():
+            if Path(value).resolve() not in seen:
+                yield Path(value)
+            seen.add(Path(value).resolve())
+
+
+def _refuse_inputs(folder: Path, inputs: list[Path]) -> None:
+    target = folder.resolve()
+    for path in inputs:
+        read = path.resolve()
+        if target == read or target in read.parents or (read.is_dir() and read in target.parents):
+            raise InputError(
+                f"the results cannot go to '{folder}': the input '{path}' lies there, and inputs "
+                "are never touched; name another folder."
+            )
+
+
+def _record(run: Mapping[str, Any], inputs: list[Path]) -> bytes:
+    """run.json: the run as given, versions, and the SHA-256 of each input."""
+    hashes = {str(path): sha256(path) for path in inputs}
+    document = {**plain(run), "versions": versions(), "sha256": hashes}
+    return (json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def sha256(path: Path) -> str:
+    """Hash of a file, or of the names and hashes of all files of a folder, in hexadecimal."""
+    if path.is_file():
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    whole = hashlib.sha256()
+    for inner in sorted(p for p in path.rglob("*") if p.is_file()):
+        whole.update(f"{inner.relative_to(path).as_posix()}\0{sha256(inner)}\n".encode())
+    return whole.hexdigest()

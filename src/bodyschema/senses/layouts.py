@@ -1,0 +1,77 @@
+"""Layouts in which recordings write poses, and their transforms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema import lie
+from bodyschema.errors import InputError, did_you_mean
+
+Array = NDArray[np.float64]
+
+
+def _from_matrix(values: Array) -> Array:
+    T = np.tile(np.eye(4), (len(values), 1, 1))
+    T[:, :3] = values[:, :12].reshape(-1, 3, 4)
+    return T
+
+
+def _from_xyzw(values: Array) -> Array:
+    return lie.transform(lie.rotation_from_xyzw(values[:, 3:]), values[:, :3])
+
+
+def _from_wxyz(values: Array) -> Array:
+    return lie.transform(lie.rotation_from_xyzw(values[:, [4, 5, 6, 3]]), values[:, :3])
+
+
+def _from_rpy(values: Array) -> Array:
+    return lie.transform(lie.rotation_from_rpy(values[:, 3:]), values[:, :3])
+
+
+def _from_rotation_vector(values: Array) -> Array:
+    return lie.transform(lie.exp_so3(values[:, 3:]), values[:, :3])
+
+
+LAYOUTS: dict[str, tuple[int, list[int], Callable[[Array], Array]]] = {
+    "matrix3x4": (12, [3, 7, 11], _from_matrix),
+    "matrix4x4": (16, [3, 7, 11], _from_matrix),
+    "xyz_xyzw": (7, [0, 1, 2], _from_xyzw),
+    "xyz_wxyz": (7, [0, 1, 2], _from_wxyz),
+    "xyz_rpy": (6, [0, 1, 2], _from_rpy),
+    "xyz_rotvec": (6, [0, 1, 2], _from_rotation_vector),
+}
+"""Name -> number of columns, which of them are lengths, and the maker; angles in rad.
+
+Matrices are written row by row; xyzw and wxyz are quaternions; rpy are URDF's fixed axes.
+"""
+
+
+def poses_from_columns(values: Array, layout: str, length_scale: float) -> Array:
+    """Transforms (n, 4, 4) of recorded columns.
+
+    Args:
+        values: (n, columns of the layout) as recorded.
+        layout: a key of `LAYOUTS`.
+        length_scale: m per recorded unit of length.
+
+    Raises:
+        InputError: unknown layout, wrong number of columns, no transform, or a quaternion of
+            length zero.
+    """
+    if layout not in LAYOUTS:
+        raise InputError(f"unknown pose layout '{layout}'{did_you_mean(layout, LAYOUTS)}")
+    count, lengths, make = LAYOUTS[layout]
+    if values.shape[1] != count:
+        raise InputError(f"layout '{layout}' has {count} columns, {values.shape[1]} were named.")
+    if count == 16 and (np.abs(values[:, 12:] - [0.0, 0.0, 0.0, 1.0]) > 1e-6).any():
+        raise InputError(
+            f"layout '{layout}': the last row is not 0 0 0 1; name columns row by row."
+        )
+    scaled = values.copy()
+    scaled[:, lengths] *= length_scale
+    if count == 7 and (np.linalg.norm(scaled[:, 3:], axis=1) < 0.5).any():
+        raise InputError(f"layout '{layout}': a quaternion has no length; check the column order.")
+    return make(scaled)
