@@ -65,7 +65,7 @@ ifeq ($(UV),)
 		echo "Install it (Debian, Ubuntu: apt install python3-venv) or install uv." >&2; exit 1; }
 	$(PYTHON) -m venv .venv
 else
-	$(UV) venv --quiet --python '>=3.11' .venv
+	$(UV) venv --quiet --seed --python '>=3.11' .venv
 endif
 
 # A stamp is written last, so that an install that was cut off runs again.

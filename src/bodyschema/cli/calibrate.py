@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 
 import tyro
 
-from bodyschema.atomic import check_new_folder
 from bodyschema.cli.run_file import (
     FrameEntry,
     FreeEntry,
@@ -70,11 +69,11 @@ class Calibrate:
 
         from bodyschema.cli.answer import as_json, print_answer
         from bodyschema.cli.loading import load
-        from bodyschema.export.result_folder import write_result
+        from bodyschema.export.result_folder import check_place, write_result
         from bodyschema.learning.calibration import calibrate
 
         run = self.resolved()
-        check_new_folder(self.out, self.overwrite)
+        check_place(self.out, self.overwrite)
         notes = Console(stderr=True)
         with notes.status("reading") as status:
             loaded = load(run)

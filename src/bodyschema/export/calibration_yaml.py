@@ -18,8 +18,9 @@ HEADING = """\
 What a calibration found, written by bodyschema.
 offsets: the true joint value is its reading plus the offset (rad; m for prismatic joints).
 held_out: errors on samples that the fit had not seen; before is the robot as modelled.
-parameters: deviations from the model; std is null where the data do not determine the value,
-and combined_with then names the parameters whose sum alone is known."""
+parameters: deviations from the model, of a frame that nobody measured from its first guess (where
+it came to be is in transforms.yaml); std is null where the data do not determine the value;
+combined_with names the parameters that it cannot be told apart from."""
 
 
 def calibration_text(calibration: Calibration, notes: Sequence[str] = ()) -> str:

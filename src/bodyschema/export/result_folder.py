@@ -19,7 +19,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from bodyschema.atomic import new_folder
+from bodyschema.atomic import check_new_folder, new_folder
 from bodyschema.body.meshes import Packages
 from bodyschema.body.tree import Body
 from bodyschema.body.urdf import parse_urdf, urdf_text
@@ -55,7 +55,7 @@ def write_result(
         calibration: the answer.
         nominal: as described, without the frames that were attached.
         source: the robot description: URDF, xacro or DH table; None if there is no file.
-        folder: where; new, empty, or with `overwrite` anything, which is replaced.
+        folder: where; new, empty, or with `overwrite` an earlier result, which is replaced.
         run: what was asked. Paths under "robot", "recording" and "inputs" are hashed.
         overwrite: replace what is in the folder.
         more: further files by name, such as a report.
@@ -69,6 +69,7 @@ def write_result(
     """
     inputs = list(_inputs(source, run))
     _refuse_inputs(folder, inputs)
+    check_place(folder, overwrite)
     files = result_files(calibration, nominal, source, run.get("packages", {}))
     files["run.json"] = _record(run, inputs)
     files |= more or {}
@@ -76,6 +77,22 @@ def write_result(
         for name, content in files.items():
             (fresh / name).write_bytes(content)
     return [folder / name for name in files]
+
+
+def check_place(folder: Path, overwrite: bool) -> None:
+    """Refuse a folder that could not be written, before any work is spent.
+
+    Only a folder that holds an earlier result may be replaced.
+
+    Raises:
+        InputError: it holds something else, or its place cannot be written.
+    """
+    check_new_folder(folder, overwrite)
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / "calibration.yaml").is_file():
+        raise InputError(
+            f"'{folder}' holds something other than a result; --overwrite will not remove it, "
+            "name another folder."
+        )
 
 
 def result_files(

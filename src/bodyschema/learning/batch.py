@@ -10,7 +10,8 @@ Little, Taylor 1989) alternates
 
 until nothing moves. The trace accounts for what the parameters have absorbed, so the levels stay
 right with few samples. A few gross outliers cost nothing but their own rows; no threshold is set by
-hand.
+hand. The covariance that is reported uses the Fisher information of the Student-t distribution,
+(nu + d) / (nu + d + 2) of J_i^T J_i w_i / s^2.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
@@ -28,8 +28,11 @@ from bodyschema.errors import InputError
 from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.normal_equations import (
     Whitened,
+    fisher_share,
     information,
     level_rows,
+    positive_factor,
+    solve_factored,
     whiten,
     whitened_residual,
 )
@@ -41,7 +44,7 @@ Levels = tuple[tuple[float, ...], ...]
 SETTLED = 1e-3
 """Largest last step, in posterior standard deviations, of a fit that counts as converged."""
 
-SMALLEST_LEVEL = 1e-6
+SMALLEST_LEVEL = 1e-3
 """Of the believed noise: exact (simulated) data must not divide by zero."""
 
 
@@ -111,7 +114,11 @@ class LevenbergMarquardt:
             self.weights(part.residual, part.sense, level)
             for part, level in zip(parts, levels, strict=True)
         )
-        H, _ = information(parts, levels, weights)
+        told = [
+            fisher_share(self.freedom, part.residual.shape[1]) * weight
+            for part, weight in zip(parts, weights, strict=True)
+        ]
+        H, _ = information(parts, levels, told)
         estimate = Estimate(reference, parameters, x, H, named_levels(senses, levels))
         return Fit(estimate, levels, weights, iterations, moved < SETTLED)
 
@@ -153,9 +160,9 @@ def _descend(
     H = (H + np.diag(precision)) * np.outer(D, D)
     g = (g + precision * x) * D
     start = _cost(reference, parameters, senses, levels, weights, x)
-    covariance = cho_solve(cho_factor(H), np.eye(len(x))) * np.outer(D, D)
+    covariance = solve_factored(positive_factor(H), np.eye(len(x))) * np.outer(D, D)
     while damping < 1e12:
-        step = -D * cho_solve(cho_factor(H + damping * np.diag(np.diag(H))), g)
+        step = -D * solve_factored(positive_factor(H + damping * np.diag(np.diag(H))), g)
         there = np.clip(x + step, -parameters.bound, parameters.bound)
         cost = _cost(reference, parameters, senses, levels, weights, there)
         if cost <= start * (1 + 1e-12):

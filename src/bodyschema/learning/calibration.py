@@ -243,8 +243,8 @@ def _verdict(
     before, plain, after = (1e3 * a.position.rms for a in (nominal, frames, corrected))
     if after > before or (chosen and after > plain):
         return "refused", (
-            f"Fitting {describe_groups(chosen)} makes the held-out error worse: {after:.2f} mm rms, "
-            f"against {before:.2f} mm as modelled and {plain:.2f} mm with the frames alone."
+            f"Fitting {describe_groups(chosen)} makes the held-out error worse: {after:.2f} mm "
+            f"rms, against {before:.2f} as modelled and {plain:.2f} with the frames alone."
         )
     if chosen:
         return "calibrated", (

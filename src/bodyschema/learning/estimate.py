@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
+from bodyschema.learning.normal_equations import positive_factor, solve_factored
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class Estimate:
         """Posterior covariance, (n_parameters, n_parameters), symmetric by construction."""
         # Scaling by the prior keeps the factor well conditioned across rad, m and ratios.
         D = np.outer(self.parameters.scale, self.parameters.scale)
-        inverse = cho_solve(cho_factor(self.information * D, lower=True), np.eye(len(D)))
+        inverse = solve_factored(positive_factor(self.information * D), np.eye(len(D)))
         return np.asarray((inverse + inverse.T) / 2 * D)
 
     @property

@@ -6,9 +6,10 @@ residual r, Jacobian J (of the residual) and noise level s, whitened, changes it
     predicted variance   S = s^2 1 + J C J^T,            C = Lambda^-1 (factored once a sample)
     robust gate          w = (nu + d) / (nu + r^T S^-1 r)
     mean                 x <- x - C J^T (s^2/w 1 + J C J^T)^-1 r
-    information          Lambda <- lambda Lambda + (1 - lambda) P + w J^T J / s^2
+    information          Lambda <- lambda Lambda + (1 - lambda) P + f w J^T J / s^2
 
-With forgetting lambda < 1 the prior P takes the place of what is forgotten, so directions that the
+f = (nu + d) / (nu + d + 2) is the Student-t distribution's share of information, see
+`normal_equations.fisher_share`. With forgetting lambda < 1 the prior P takes the place of what is forgotten, so directions that the
 data do not touch keep their prior variance instead of winding up. Noise levels follow a running
 mean of w (|r+|^2 + tr J C+ J^T) / d, the expectation-maximisation update of `batch` in recursive
 form. Unknown frames and the first levels come from a batch fit on a short burn-in; until then the
@@ -28,7 +29,7 @@ from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.learning.batch import SMALLEST_LEVEL, LevenbergMarquardt
 from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.normal_equations import level_rows, whiten
+from bodyschema.learning.normal_equations import fisher_share, level_rows, positive_factor, whiten
 from bodyschema.learning.starts import start_frames
 from bodyschema.senses.observations import Observations, concatenate
 
@@ -126,10 +127,11 @@ class GaussNewton:
         left = solved[:, 0] / weight
         spread = np.diag(absorbed) - np.sum(absorbed * solved[:, 1:].T, axis=1)
         after = self._levels(sample, level, count, weight * (left**2 + spread))
+        told = weight * fisher_share(self.freedom, len(r))
         changed = replace(
             state,
             x=_moved(state, L, half @ solved[:, 0]),
-            information=self._remembered(state) + weight * (J.T @ J),
+            information=self._remembered(state) + told * (J.T @ J),
             levels={**state.levels, sample.label: after},
         )
         return changed, Innovation(part.factor @ part.residual[0], surprise, weight)
@@ -160,10 +162,9 @@ def _half_gain(state: Belief, J: Array) -> tuple[Array, Array]:
     """Cholesky factor L of the information, scaled by the prior, and L^-1 J^T.
 
     The scale keeps radians, metres and ratios in one range, so that the factor stays accurate.
-    LAPACK is called directly: at this size its wrappers would take longer than the work.
     """
     D = state.parameters.scale
-    L, _ = lapack.dpotrf(D[:, None] * state.information * D, lower=1)
+    L = positive_factor(D[:, None] * state.information * D)
     half, _ = lapack.dtrtrs(L, (J * D).T, lower=1)
     return L, half
 

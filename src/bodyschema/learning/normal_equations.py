@@ -15,13 +15,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
+from scipy.linalg import lapack, solve_triangular
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.senses.observations import Observations
 
 Array = NDArray[np.float64]
+
+RELATIVE_ROUNDING = 1e-13
+"""Smallest eigenvalue, relative to the largest, that a Cholesky factor of this size carries."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,15 @@ def level_rows(sense: Observations, levels: Sequence[float]) -> Array:
     return rows
 
 
+def fisher_share(freedom: float, dimension: int) -> float:
+    """Fisher information of a Student-t sample, over that of its weighted square J^T J w / s^2.
+
+    (nu + d) / (nu + d + 2), Lange, Little and Taylor 1989: part of the weight is spent on finding
+    out how much the sample can be trusted. 1 for Gaussian noise.
+    """
+    return 1.0 if np.isinf(freedom) else (freedom + dimension) / (freedom + dimension + 2)
+
+
 def information(
     parts: Sequence[Whitened], levels: Sequence[Sequence[float]], weights: Sequence[Array]
 ) -> tuple[Array, Array]:
@@ -75,3 +87,26 @@ def information(
         H += J.T @ J
         g += J.T @ (root * part.residual).ravel()
     return H, g
+
+
+def positive_factor(H: Array) -> Array:
+    """Lower Cholesky factor of an information matrix in units of the prior, (N, N).
+
+    Its eigenvalues are 1 or more, 1 being the prior. When nearly exact data meet directions that
+    they do not touch, rounding can push such an eigenvalue below zero; it is then put back to 1,
+    or to the smallest value that the factor can carry. LAPACK is called directly: at this size
+    its wrappers take longer than the work.
+    """
+    if not len(H):
+        return H
+    L, failed = lapack.dpotrf(H, lower=1)
+    if failed:
+        values, vectors = np.linalg.eigh(H)
+        values = np.maximum(values, max(1.0, RELATIVE_ROUNDING * values[-1]))
+        L, _ = lapack.dpotrf((vectors * values) @ vectors.T, lower=1)
+    return np.asarray(L)
+
+
+def solve_factored(L: Array, b: Array) -> Array:
+    """H^-1 b from the factor of H, (N,) or (N, k)."""
+    return np.asarray(lapack.dpotrs(L, b, lower=1)[0]) if len(L) else b

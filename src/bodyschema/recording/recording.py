@@ -88,7 +88,7 @@ class Recording:
                 f"row {row} of {self.source} has only some of {', '.join(names)}; "
                 "fill the row or leave all of them empty."
             )
-        return values * scale, ~blank.any(axis=1)
+        return values * scale, np.logical_not(blank.any(axis=1))
 
     def time(self, column: str | None = None) -> Array:
         """Times of the rows in s, (n_rows,), strictly increasing; 0, 1, 2, ... without a column.

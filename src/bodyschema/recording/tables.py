@@ -51,7 +51,7 @@ def _open_one(path: Path) -> Recording:
 def _read_csv(path: Path) -> Recording:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row]
+            rows = [row for row in csv.reader(file, skipinitialspace=True) if row]
     except (csv.Error, UnicodeDecodeError) as error:
         raise InputError(f"'{path}' is no readable CSV text: {error}.") from None
     if len(rows) < 2:

@@ -159,4 +159,6 @@ def test_output_folder_in_use(calibrate, columns, tmp_path, capsys) -> None:  # 
     (tmp_path / "result" / "mine.txt").write_text("keep")
     assert calibrate(columns) == 2
     assert "--overwrite" in capsys.readouterr().err
+    assert calibrate(columns, "--overwrite") == 2
+    assert "will not remove it" in capsys.readouterr().err
     assert (tmp_path / "result" / "mine.txt").read_text() == "keep"

@@ -209,7 +209,10 @@ def test_results_are_kept_unless_told_otherwise(case: Any, source: Path, tmp_pat
     (out / "old").touch()
     with pytest.raises(InputError, match="not empty"):
         write_result(case.calibration, case.nominal, source, out, {}, False)
+    with pytest.raises(InputError, match="will not remove it"):
+        write_result(case.calibration, case.nominal, source, out, {}, True)
     assert [path.name for path in out.iterdir()] == ["old"]
+    (out / "old").rename(out / "calibration.yaml")
     write_result(case.calibration, case.nominal, source, out, {}, True)
     assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
 

@@ -19,7 +19,7 @@ SENSES = {"points": points, "poses": poses}
 OUTLIERS, SIZE = 0.15, 0.2
 """Share of the samples, and m."""
 
-NEAR, TURNED = 0.02, np.deg2rad(3)
+NEAR, TURNED = 0.01, np.deg2rad(1)
 """m and rad."""
 
 END = {"tracker": "base", "tool": "tip", "camera": "tip", "board": "base"}

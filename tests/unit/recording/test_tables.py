@@ -68,7 +68,7 @@ def test_nan_is_written_as_an_empty_cell(tmp_path: Path, kind: str) -> None:
     values, present = back.matrix(["a"], "mm")
     assert present.tolist() == [True, False, True]
     assert values[present, 0].tolist() == [1e-3, 3e-3]
-    with pytest.raises(InputError, match="row 0 of .* has only some of a, b; fill the row or"):
+    with pytest.raises(InputError, match=r"row 0 of .* has only some of a, b; fill the row or"):
         back.matrix(["a", "b"])
 
 
