@@ -3,6 +3,7 @@
 robot.urdf          the user's own file with the changed numbers, byte by byte otherwise
 calibration.yaml    everything that was found
 kinematics.yaml     the joint frames, for xacro
+estimate.json       the belief at full precision, for check, plan and report
 transforms.yaml     cameras, trackers and tools that were estimated, if any
 run.json            what was asked, with versions and hashes of the inputs
 
@@ -26,6 +27,7 @@ from bodyschema.body.urdf import parse_urdf, urdf_text
 from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import calibration_text
 from bodyschema.export.documents import plain, versions
+from bodyschema.export.estimate_json import estimate_text
 from bodyschema.export.kinematics_yaml import kinematics_text
 from bodyschema.export.static_transforms import attached_frames, estimated_frames, transforms_text
 from bodyschema.export.urdf_edits import described, unwritable, urdf_edits
@@ -108,6 +110,7 @@ def result_files(
     texts = {
         "calibration.yaml": calibration_text(calibration, _notes(calibration, nominal, body)),
         "kinematics.yaml": kinematics_text(body),
+        "estimate.json": estimate_text(calibration),
     }
     if attached_frames(calibration, nominal):
         texts["transforms.yaml"] = transforms_text(calibration, nominal)
@@ -136,11 +139,6 @@ def _notes(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
         notes.append(f"robot.urdf is corrected at {count} joint{'s' * (count > 1)}.")
     else:
         notes.append("robot.urdf is the robot as described: nothing in it was changed.")
-    if calibration.verdict == "only frames" and calibration.groups:
-        notes.append(
-            f"The frames were estimated together with joint {', '.join(calibration.groups)}, which "
-            "are not in robot.urdf; calibrate with the frames alone to use them with it."
-        )
     return notes + unwritable(nominal, body)
 
 

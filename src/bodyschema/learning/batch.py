@@ -132,7 +132,7 @@ class LevenbergMarquardt:
 
 def _first_levels(sense: Observations, body: Body, learn: bool) -> tuple[float, ...]:
     """Levels before the first step: the median length of the residual, in believed noise."""
-    if not learn:
+    if not learn or not len(sense):
         return tuple(1.0 for _ in sense.components)
     residual = whitened_residual(sense, body)
     # The median length of a standard normal 3-vector is 1.538.
@@ -194,7 +194,7 @@ def _level(part: Whitened, weight: Array, C: Array) -> tuple[float, ...]:
         r, J = part.residual[:, rows], part.jacobian[:, rows]
         absorbed = np.sum((J @ C) * J, axis=2)
         total = float(weight @ np.sum(r**2 + absorbed, axis=1))
-        found.append(max(np.sqrt(total / r.size), SMALLEST_LEVEL))
+        found.append(max(np.sqrt(total / r.size), SMALLEST_LEVEL) if r.size else 1.0)
     return tuple(found)
 
 

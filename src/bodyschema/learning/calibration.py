@@ -81,6 +81,10 @@ class Calibration:
     """The corrected body alone, on samples that its fit had not seen."""
     with_field: Accuracy
     """The corrected body and its residual field (`discrepancy`), likewise held out."""
+    nominal_residuals: tuple[Array, ...]
+    """(n, dimension) a sense: seen minus predicted by the nominal robot, every sample; SI units."""
+    residuals: tuple[Array, ...]
+    """The same for the corrected body alone, held out."""
     identifiability: Identifiability
     outliers: tuple[int, ...]
     """Row numbers."""
@@ -143,7 +147,8 @@ def calibrate(
     outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
     candidates = _candidates(problem, tests, senses, good)
     chosen = _choose(tests, candidates) if groups is None else tuple(groups)
-    nominal = _accuracy(senses, judge((), roughly=False).residuals, good)
+    modelled = judge((), roughly=False)
+    nominal = _accuracy(senses, modelled.residuals, good)
     final = judge(chosen, field=True)
     corrected = _accuracy(senses, final.residuals, good)
     progress("fit to all samples")
@@ -158,6 +163,8 @@ def calibrate(
         nominal=nominal,
         held_out=corrected,
         with_field=_accuracy(senses, final.corrected, good),
+        nominal_residuals=modelled.residuals,
+        residuals=final.residuals,
         identifiability=identifiability(fit, senses, seed),
         outliers=tuple(sorted(outliers)),
         clock=check_clock(fullest, senses, seed),

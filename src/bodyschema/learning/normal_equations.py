@@ -47,7 +47,7 @@ def whiten(sense: Observations, reference: Body, parameters: Parameters, x: Arra
     n, d = linear.residual.shape
     stacked = np.concatenate([linear.residual[..., None], linear.by_parameter], axis=2)
     flat = solve_triangular(L, stacked.transpose(1, 0, 2).reshape(d, -1), lower=True)
-    white = flat.reshape(d, n, -1).transpose(1, 0, 2)
+    white = flat.reshape(d, n, stacked.shape[2]).transpose(1, 0, 2)
     jacobian = np.ascontiguousarray(white[..., 1:])
     return Whitened(sense, np.ascontiguousarray(white[..., 0]), jacobian, L)
 

@@ -47,7 +47,7 @@ def start_frames(body: Body, unknown: Collection[str], senses: Sequence[Observat
     """
     open_frames = set(unknown)
     # Senses with fewer unknown ends first: what they settle is known to the others.
-    waiting = list(senses)
+    waiting = [sense for sense in senses if len(sense)]
     while open_frames and waiting:
         waiting.sort(key=lambda s: len(open_frames & {s.seen_from, s.seen}))
         sense = waiting.pop(0)

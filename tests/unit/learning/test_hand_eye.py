@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
-from simulated import angle, random_pose, random_poses
 
 from bodyschema import lie
 from bodyschema.learning import hand_eye
+from simulated import angle, random_pose, random_poses
 
 Array = NDArray[np.float64]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from simulated import angle, forgotten, points, poses, postures, random_pose, seen_arm, spoiled
 
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.learning.starts import start_frames
 from bodyschema.senses.observations import Observations
+from simulated import angle, forgotten, points, poses, postures, random_pose, seen_arm, spoiled
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,9 @@ def test_a_frame_in_the_middle_of_the_chain_is_found() -> None:
     """The tracker sits on a moving link and looks at the tool."""
     rng = np.random.default_rng(2)
     arm = Body.random_chain(6, rng)
-    truth = arm.attach("tracker", "link_2", random_pose(rng)).attach("tool", "tip", random_pose(rng))
+    truth = arm.attach("tracker", "link_2", random_pose(rng)).attach(
+        "tool", "tip", random_pose(rng)
+    )
     seen = poses(truth, postures(30, truth, rng), rng)
     found = start_frames(forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [seen])
     assert max(off(found, truth, "tracker") + off(found, truth, "tool")) < 0.01
