@@ -30,12 +30,16 @@ def run(arguments: Sequence[str]) -> int:
     import tyro
 
     from bodyschema.cli.calibrate import Calibrate
+    from bodyschema.cli.check import Check
     from bodyschema.cli.export import Export
+    from bodyschema.cli.plan import PlanPoses
     from bodyschema.cli.simulate import Simulate
 
     verbs = (
         Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
         | Annotated[Simulate, tyro.conf.subcommand("simulate")]
+        | Annotated[PlanPoses, tyro.conf.subcommand("plan")]
+        | Annotated[Check, tyro.conf.subcommand("check")]
         | Annotated[Export, tyro.conf.subcommand("export")]
     )
     verb = tyro.cli(

@@ -49,6 +49,20 @@ def load(run: RunFile) -> Loaded:
     for name, entry in run.frames.items():
         T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
         body = body.attach(name, entry.parent, T)
+    frames = {
+        name: cast(Knowledge, entry.known)
+        for name, entry in run.frames.items()
+        if entry.known != "exactly"
+    }
+    return Loaded(nominal, body, read_senses(run, body), frames)
+
+
+def read_senses(run: RunFile, body: Body) -> tuple[Observations, ...]:
+    """Read the recording of a run for a body that has all its frames.
+
+    Raises:
+        InputError: anything in it that cannot be used, in one sentence.
+    """
     recording = open_recording(run.recording)
     time = recording.time(run.time)
     q = _readings(body, recording, run.joints)
@@ -57,12 +71,7 @@ def load(run: RunFile) -> Loaded:
         body.frame_index(sense.seen_from)
         body.frame_index(sense.seen)
     _refuse_missing(body, recording, run.joints, senses)
-    frames = {
-        name: cast(Knowledge, entry.known)
-        for name, entry in run.frames.items()
-        if entry.known != "exactly"
-    }
-    return Loaded(nominal, body, senses, frames)
+    return senses
 
 
 def read_robot(path: Path, packages: Mapping[str, str] | None = None) -> Body:

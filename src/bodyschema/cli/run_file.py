@@ -112,10 +112,17 @@ def read_run_file(path: Path) -> RunFile:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"'{path}' is not valid TOML: {error}.") from None
-    here = path.resolve().parent
+    return run_from_table(table, path.resolve().parent, f"'{path.name}'")
+
+
+def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
+    """The run that a table describes; `here` anchors its paths, `where` names it in messages.
+
+    Raises:
+        InputError: a key is unknown or missing.
+    """
     recording = table.get("recording", [])
     names = [recording] if isinstance(recording, str) else list(recording)
-    where = f"'{path.name}'"
     entries = {
         **table,
         "robot": str(here / table["robot"]) if "robot" in table else None,
@@ -136,6 +143,20 @@ def read_run_file(path: Path) -> RunFile:
         missing = "robot" if entries["robot"] is None else "recording"
         raise InputError(f'{where} names no {missing}; add: {missing} = "path".')
     return _entry(RunFile, entries, where)
+
+
+def run_from_record(record: Mapping[str, Any]) -> RunFile:
+    """The run that a result folder's run.json records.
+
+    Raises:
+        InputError: it does not say what was seen.
+    """
+    known = {field.name for field in fields(RunFile)}
+    table = {key: value for key, value in record.items() if key in known}
+    run = run_from_table(table, Path.cwd(), "run.json")
+    if not run.senses:
+        raise InputError("run.json does not say what was seen; calibrate from a run file.")
+    return run
 
 
 def _entry(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:

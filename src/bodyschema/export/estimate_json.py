@@ -18,6 +18,7 @@ from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.learning.calibration import Calibration
+from bodyschema.learning.discrepancy import Field
 from bodyschema.learning.estimate import Estimate
 
 Array = NDArray[np.float64]
@@ -35,6 +36,8 @@ class StoredResult:
     run: dict[str, Any]
     """The run as it was asked, from run.json."""
     verdict: str
+    fields: dict[str, Field]
+    """Residual field of each sense by its label."""
 
     @property
     def body(self) -> Body:
@@ -53,6 +56,10 @@ def estimate_text(calibration: Calibration) -> str:
         "x": estimate.x.tolist(),
         "data_information": estimate.data_information.tolist(),
         "noise": dict(estimate.noise or {}),
+        "fields": {
+            sense: {name: getattr(field, name) for name in ("length", "amplitude", "noise")}
+            for sense, field in calibration.fields.items()
+        },
     }
     return json.dumps(document) + "\n"
 
@@ -76,7 +83,8 @@ def read_result(folder: Path) -> StoredResult:
             data_information=np.array(document["data_information"], dtype=np.float64),
             noise=document["noise"],
         )
-        return StoredResult(estimate, run, document["verdict"])
+        stored = {name: Field(**values) for name, values in document["fields"].items()}
+        return StoredResult(estimate, run, document["verdict"], stored)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
             f"'{path}' cannot be read ({type(error).__name__}: {error}); calibrate again."

@@ -6,6 +6,7 @@ kinematics.yaml     the joint frames, for xacro
 estimate.json       the belief at full precision, for check, plan and report
 transforms.yaml     cameras, trackers and tools that were estimated, if any
 run.json            what was asked, with versions and hashes of the inputs
+report.html         all of it for people, where the extra `report` is installed
 
 When the verdict is "only frames", the joints of robot.urdf are as they were given, and without a
 frame of its own that was estimated it is the same bytes. Whether to write a result that was
@@ -73,7 +74,8 @@ def write_result(
     _refuse_inputs(folder, inputs)
     check_place(folder, overwrite)
     files = result_files(calibration, nominal, source, run.get("packages", {}))
-    files["run.json"] = _record(run, inputs)
+    record = json.dumps(run_record(source, run), indent=2, ensure_ascii=False, allow_nan=False)
+    files["run.json"] = (record + "\n").encode()
     files |= more or {}
     with new_folder(folder, overwrite) as fresh:
         for name, content in files.items():
@@ -105,10 +107,10 @@ def result_files(
     if text is not None and source is not None:
         # What the file says is what is patched, whatever was done to the body since.
         nominal = parse_urdf(text, source, packages)
-    body = _body_to_write(calibration, nominal)
+    body = body_to_write(calibration, nominal)
     robot = write_urdf(body) if text is None else patch_urdf(text, urdf_edits(nominal, body))
     texts = {
-        "calibration.yaml": calibration_text(calibration, _notes(calibration, nominal, body)),
+        "calibration.yaml": calibration_text(calibration, notes_on(calibration, nominal, body)),
         "kinematics.yaml": kinematics_text(body),
         "estimate.json": estimate_text(calibration),
     }
@@ -117,7 +119,7 @@ def result_files(
     return {"robot.urdf": robot} | {name: text.encode() for name, text in texts.items()}
 
 
-def _body_to_write(calibration: Calibration, nominal: Body) -> Body:
+def body_to_write(calibration: Calibration, nominal: Body) -> Body:
     """The nominal tree with the corrected numbers; those of its frames alone if so decided."""
     corrected = described(nominal, calibration.body)
     if calibration.verdict != "only frames":
@@ -129,7 +131,7 @@ def _body_to_write(calibration: Calibration, nominal: Body) -> Body:
     return body
 
 
-def _notes(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
+def notes_on(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
     """Sentences on what was written and what was not."""
     notes = []
     if calibration.verdict == "refused":
@@ -169,11 +171,15 @@ def _refuse_inputs(folder: Path, inputs: list[Path]) -> None:
             )
 
 
-def _record(run: Mapping[str, Any], inputs: list[Path]) -> bytes:
-    """run.json: the run as given, versions, and the SHA-256 of each input."""
-    hashes = {str(path): sha256(path) for path in inputs}
-    document = {**plain(run), "versions": versions(), "sha256": hashes}
-    return (json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+def run_record(source: Path | None, run: Mapping[str, Any]) -> dict[str, Any]:
+    """What run.json holds: the run as given, versions, and the SHA-256 of each input.
+
+    Args:
+        source: the robot description; None if there is no file.
+        run: what was asked; see `write_result`.
+    """
+    hashes = {str(path): sha256(path) for path in _inputs(source, run)}
+    return {**plain(run), "versions": versions(), "sha256": hashes}
 
 
 def sha256(path: Path) -> str:

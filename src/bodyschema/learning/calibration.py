@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bodyschema.body.tree import Body
 from bodyschema.learning.batch import Fit
 from bodyschema.learning.clock import ClockCheck, check_clock
+from bodyschema.learning.discrepancy import Discrepancy, learn_discrepancy
 from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.held_out import Errors, HeldOut, folds_of, held_out, outlier_free, sizes
 from bodyschema.learning.identifiability import Identifiability, identifiability
@@ -85,6 +86,8 @@ class Calibration:
     """(n, dimension) a sense: seen minus predicted by the nominal robot, every sample; SI units."""
     residuals: tuple[Array, ...]
     """The same for the corrected body alone, held out."""
+    fields: Mapping[str, Discrepancy]
+    """The residual field of each sense, by its label."""
     identifiability: Identifiability
     outliers: tuple[int, ...]
     """Row numbers."""
@@ -165,6 +168,10 @@ def calibrate(
         with_field=_accuracy(senses, final.corrected, good),
         nominal_residuals=modelled.residuals,
         residuals=final.residuals,
+        fields={
+            sense.label: learn_discrepancy(fit.estimate.body, sense, mask)
+            for sense, mask in zip(senses, good, strict=True)
+        },
         identifiability=identifiability(fit, senses, seed),
         outliers=tuple(sorted(outliers)),
         clock=check_clock(fullest, senses, seed),

@@ -30,17 +30,23 @@ MOST_SAMPLES = 400
 
 
 @dataclass(frozen=True)
-class Discrepancy:
-    """A residual field of one sense."""
+class Field:
+    """Size and smoothness of a residual field."""
 
-    q: Array
-    """(n, n_joints) postures that it was learned from."""
     length: float
     """rad (m for prismatic joints): how far a posture tells about another."""
     amplitude: tuple[float, ...]
     """Size of the field, one for each component of the sense (m, rad)."""
     noise: tuple[float, ...]
     """What is left, one for each component (m, rad)."""
+
+
+@dataclass(frozen=True)
+class Discrepancy(Field):
+    """A residual field of one sense, with the samples that it was learned from."""
+
+    q: Array
+    """(n, n_joints)."""
     coefficients: Array
     """(n, dimension) K^-1 r."""
     gain: float
@@ -90,7 +96,12 @@ def learn_discrepancy(body: Body, sense: Observations, good: NDArray[np.bool_]) 
         _nll(part / size, 0 * kernel, 0.0, 0.0) for part, size in zip(parts, sizes, strict=True)
     )
     return Discrepancy(
-        kept.q, length, tuple(amplitude), tuple(noise), coefficients, float(white - found.fun)
+        length=length,
+        amplitude=tuple(map(float, amplitude)),
+        noise=tuple(map(float, noise)),
+        q=kept.q,
+        coefficients=coefficients,
+        gain=float(white - found.fun),
     )
 
 

@@ -8,6 +8,10 @@ residual r, Jacobian J (of the residual) and noise level s, whitened, changes it
     mean                 x <- x - C J^T (s^2/w 1 + J C J^T)^-1 r
     information          Lambda <- lambda Lambda + (1 - lambda) P + f w J^T J / s^2
 
+r is that of the present x, J is taken at the first fit for ever: Jacobians at changing x would have
+no common null space, and seem to tell what no motion can tell (Huang, Mourikis, Roumeliotis 2008,
+"Analysis and improvement of the consistency of extended Kalman filter based SLAM").
+
 f = (nu + d) / (nu + d + 2) is the Student-t distribution's share of information, see
 `normal_equations.fisher_share`. With forgetting lambda < 1 the prior P takes the place of what is
 forgotten, so directions that the data do not touch keep their prior variance instead of winding up.
@@ -44,6 +48,8 @@ class Belief:
     parameters: Parameters
     x: Array
     """(n_parameters,)."""
+    anchor: Array
+    """(n_parameters,) where Jacobians are taken: the result of the first fit."""
     information: Array
     """(n_parameters, n_parameters) posterior information, the prior included."""
     levels: Mapping[str, tuple[tuple[float, ...], float]]
@@ -89,7 +95,8 @@ class GaussNewton:
     def start(self, body: Body, parameters: Parameters) -> Belief:
         """The prior belief, before the first sample."""
         prior = np.diag(parameters.prior_std**-2.0)
-        return Belief(body, parameters, np.zeros(len(parameters)), prior, {})
+        zero = np.zeros(len(parameters))
+        return Belief(body, parameters, zero, zero, prior, {})
 
     def step(self, state: Belief, sample: Observations) -> tuple[Belief, Innovation]:
         """Learn from one sample (a batch of one)."""
@@ -111,13 +118,16 @@ class GaussNewton:
             for sense, level in zip(senses, fit.levels, strict=True)
         }
         information, x = fit.estimate.information, fit.estimate.x
-        return Belief(reference, state.parameters, x, information, levels, started=True)
+        return Belief(reference, state.parameters, x, x, information, levels, started=True)
 
     def _update(self, state: Belief, sample: Observations) -> tuple[Belief, Innovation]:
-        part = whiten(sample, state.reference, state.parameters, state.x)
+        part = whiten(sample, state.reference, state.parameters, state.anchor)
+        body = state.reference.with_parameters(state.parameters, state.x)
+        residual = sample.residual(body)[0]
         level, count = state.levels.get(sample.label, ((1.0,) * len(sample.components), 1.0))
         s = level_rows(sample, level)
-        r, J = part.residual[0] / s, part.jacobian[0] / s[:, None]
+        white, _ = lapack.dtrtrs(part.factor, residual, lower=1)
+        r, J = white / s, part.jacobian[0] / s[:, None]
         L, half = _half_gain(state, J)
         absorbed, one = half.T @ half, np.eye(len(r))
         surprise = float(r @ np.linalg.solve(one + absorbed, r))
@@ -134,7 +144,7 @@ class GaussNewton:
             information=self._remembered(state) + told * (J.T @ J),
             levels={**state.levels, sample.label: after},
         )
-        return changed, Innovation(part.factor @ part.residual[0], surprise, weight)
+        return changed, Innovation(residual, surprise, weight)
 
     def _weight(self, surprise: float, d: int) -> float:
         return 1.0 if np.isinf(self.freedom) else (self.freedom + d) / (self.freedom + surprise)

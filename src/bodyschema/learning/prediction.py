@@ -4,7 +4,7 @@ The posterior covariance C of the parameters makes the pose of frame b in frame 
 
     Sigma(q) = J(q) C J(q)^T          (6, 6): position and rotation, in frame a at b
 
-The squared length Q of a Gaussian error with covariance S has mean tr S and variance 2 tr S^2; it is
+The squared length of a Gaussian error with covariance S has mean tr S and variance 2 tr S^2; it is
 taken as g times a chi-square of h degrees of freedom (Satterthwaite 1946),
 
     g = tr S^2 / tr S,      h = (tr S)^2 / tr S^2,
@@ -70,7 +70,9 @@ def predict_error(
     J = D.by_parameter
     covariance = J @ estimate.covariance @ np.swapaxes(J, 1, 2)
     parts = [covariance[:, :3, :3], covariance[:, 3:, 3:]]
-    bounds = [np.array([length_quantile([S], freedom, probability) for S in part]) for part in parts]
+    bounds = [
+        np.array([length_quantile([S], freedom, probability) for S in part]) for part in parts
+    ]
     overall = [length_quantile(list(part), freedom, probability) for part in parts]
     return PredictedError(seen_from, seen, bounds[0], bounds[1], overall[0], overall[1])
 

@@ -16,6 +16,7 @@ from scipy.ndimage import binary_fill_holes
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.tree import Body
 from bodyschema.errors import MissingExtraError
+from bodyschema.report.figure import AFTER, BEFORE, GREY, INK
 from bodyschema.simulation import eyes, icub
 from bodyschema.simulation.postures import FAR, NEAR
 from bodyschema.simulation.rendering import SCALE, read_stl, render
@@ -26,8 +27,7 @@ Array = NDArray[np.float64]
 
 SHOWN = ("r_upper_arm", "r_elbow_1", "r_forearm", "r_wrist_1", "r_hand")
 """Links that are drawn."""
-BEFORE, AFTER = "#d9600f", "#0a8f86"
-INK, GREY, PAPER, SCENE = "#22272e", "#767676", "#ffffff", "#f3f1ec"
+PAPER, SCENE = "#ffffff", "#f3f1ec"
 
 
 def draw_before_after(before: Body, after: Body, truth: Truth, path: str | Path) -> Path:

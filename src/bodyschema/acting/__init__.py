@@ -1,0 +1,1 @@
+"""Acting: where to go next, so that the body becomes better known."""

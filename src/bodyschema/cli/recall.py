@@ -1,0 +1,69 @@
+"""From a result folder back to what was recorded, as far as its files are still there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bodyschema.body.tree import Body, Visual
+from bodyschema.cli.loading import load, read_robot
+from bodyschema.cli.run_file import RunFile, SenseEntry, run_from_table
+from bodyschema.errors import BodyschemaError, InputError
+from bodyschema.senses.observations import Observations
+from bodyschema.senses.points import Points
+from bodyschema.senses.poses import Poses
+
+
+@dataclass(frozen=True)
+class Recalled:
+    """What a run was made of."""
+
+    senses: tuple[Observations, ...]
+    """As recorded; without samples where the recording is gone."""
+    visuals: tuple[Visual, ...]
+    """Shapes of the robot description; none where that is gone."""
+    notes: tuple[str, ...]
+    """Sentences on what is gone."""
+
+
+def recall(document: Mapping[str, Any], body: Body) -> Recalled:
+    """Read the robot description and the recording of a stored run again.
+
+    Args:
+        document: run.json.
+        body: the stored body, whose frames and joints the recording must fit.
+
+    Raises:
+        InputError: the run does not say what was seen.
+    """
+    known = {field.name for field in fields(RunFile)}
+    table = {key: value for key, value in document.items() if key in known}
+    run = run_from_table(table, Path.cwd(), "run.json")
+    if not run.senses:
+        raise InputError("run.json does not say what was seen; calibrate from a run file.")
+    visuals: tuple[Visual, ...] = ()
+    notes: list[str] = []
+    try:
+        visuals = read_robot(Path(run.robot), run.packages).visuals
+    except BodyschemaError as error:
+        notes.append(f"The robot description was not read again: {error}")
+    try:
+        senses = load(run).senses
+        if any(sense.q.shape[1] != len(body.joints) for sense in senses):
+            raise InputError("its joints are not those of the stored body; calibrate again.")
+    except BodyschemaError as error:
+        notes.append(f"The recording was not read again, so its view bounds nothing: {error}")
+        senses = tuple(_blank(entry, len(body.joints)) for entry in run.senses)
+    return Recalled(senses, visuals, tuple(notes))
+
+
+def _blank(entry: SenseEntry, n_joints: int) -> Observations:
+    """A sense without samples."""
+    q = np.empty((0, n_joints))
+    if entry.kind == "points":
+        return Points.make(q, np.empty((0, 3)), entry.seen_from, entry.seen)
+    return Poses.make(q, np.empty((0, 4, 4)), entry.seen_from, entry.seen)

@@ -1,0 +1,264 @@
+"""Has the body changed since it was calibrated? A test with a stated rate of false alarms.
+
+The calibrated body (mean x, information L) predicts new samples with residuals
+
+    r = J e + J_B d + f(q) + noise,   e ~ N(0, L^-1) what the calibration left uncertain,
+                                      d the change of one part B: a joint's zero, a camera, a tool,
+                                      f the residual field that no geometry explains (discrepancy).
+
+Per axis the covariance of field and noise is K = A^2 k(q, q') + N^2 diag(1/w), with Student-t
+weights w; H = J^T K^-1 J and g = -J^T K^-1 r. Eliminating e leaves the score and information of the
+change alone (generalised least squares):
+
+    M = (H_AA + L)^-1,   S = H_BB - H_BA M H_AB,   u = g_B - H_BA M g_A,   T_B = u^T S^-1 u
+
+T_B over its spread (the variance that the scores really have over what H says) is rank(S) times an
+F of rank(S) and the remaining degrees of freedom if nothing has changed. Each part is tested; the
+smallest p-value times the number of parts is compared with the allowed rate of false alarms
+(Bonferroni). The weights are found anew for each part with its own change put in, so that a large
+change is not taken for a recording full of outliers. A part is suspect when its evidence comes
+close to the best one's: what the data cannot tell apart is blamed together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import f as f_distribution
+
+from bodyschema.body.kernels import FIXED
+from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
+from bodyschema.body.tree import Body
+from bodyschema.learning.discrepancy import Field, matern
+from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.problem import moved_joints
+from bodyschema.senses.observations import Observations
+
+Array = NDArray[np.float64]
+
+FREEDOM = 4.0
+"""nu of the Student-t noise, as in `learning.batch`."""
+
+CLOSE = 6.0
+"""Difference of evidence (2 log likelihood ratio) up to which parts are suspected together."""
+
+ROUNDS = 5
+
+LEAST = 0.1
+"""Of the noise level: how much of it must be noise beside a residual field."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """One part that may have changed."""
+
+    part: str
+    """Name of a joint or of a frame."""
+    p_value: float
+    """Chance of so much evidence without a change of this part; not corrected for many parts."""
+    evidence: float
+    """T_B less what its number of parameters would gain by chance."""
+    change: Array
+    """(k,) estimated change, rad and m."""
+    names: tuple[str, ...]
+    """(k,) of the parameters that changed."""
+
+
+@dataclass(frozen=True)
+class ChangeTest:
+    """Whether a recording still agrees with a calibration."""
+
+    changed: bool
+    p_value: float
+    """Smallest p-value of any part, times the number of parts."""
+    suspects: tuple[Suspect, ...]
+    """Parts that explain the change about equally well, best first; empty when unchanged."""
+    position_rms: float
+    """m: of the new samples under the calibrated body, outliers not counted."""
+
+
+@dataclass(frozen=True)
+class _Block:
+    """One component of one sense: rows of every sample, with its noise and residual field."""
+
+    residual: Array
+    """(n, axes)."""
+    jacobian: Array
+    """(n, axes, n_parameters)."""
+    correlation: Array
+    """(n, n) of the field; zero without one."""
+    amplitude: float
+    noise: float
+    first: int
+    """Number of the block's first sample among all samples."""
+
+    @property
+    def samples(self) -> slice:
+        """Its samples among all."""
+        return slice(self.first, self.first + len(self.residual))
+
+
+def detect_change(
+    estimate: Estimate,
+    senses: Sequence[Observations],
+    fields: Mapping[str, Field] | None = None,
+    false_alarm: float = 0.01,
+) -> ChangeTest:
+    """Test new samples against a calibration.
+
+    Args:
+        estimate: of the calibration, with its noise levels.
+        senses: the new samples; their frames must be in the estimate's reference body.
+        fields: residual fields by label of the sense; none when absent.
+        false_alarm: chance of calling an unchanged body changed.
+    """
+    parameters, parts = _parts(estimate, senses)
+    blocks = _blocks(estimate, parameters, senses, fields or {})
+    tests = [_test_part(name, rows, estimate, parameters, blocks) for name, rows in parts.items()]
+    ranked = sorted(tests, key=lambda suspect: -suspect.evidence)
+    p_value = min(1.0, len(tests) * min(suspect.p_value for suspect in tests))
+    changed = p_value < false_alarm
+    close = [s for s in ranked if ranked[0].evidence - s.evidence < CLOSE] if changed else []
+    return ChangeTest(changed, p_value, tuple(close), _typical(estimate.body, senses))
+
+
+def _parts(
+    estimate: Estimate, senses: Sequence[Observations]
+) -> tuple[Parameters, dict[str, list[int]]]:
+    """The estimate's parameters and those of every part; rows of each part."""
+    body, known = estimate.reference, estimate.parameters
+    joints = moved_joints(body, senses)
+    frames = sorted({frame for sense in senses for frame in (sense.seen_from, sense.seen)})
+    extra = [free_joints(body, ("offsets",), joints)]
+    for frame in frames:
+        k = body.frame_index(frame)
+        if k and body.kind[k] == FIXED:
+            extra.append(free_frame(body, frame))
+    more = join(*extra)
+    new = [i for i, name in enumerate(more.names) if name not in known.names]
+    parameters = join(known, more.take(new))
+    parts = {joint: [f"{joint}.offset"] for joint in joints}
+    parts |= {frame: [n for n in more.names if n.startswith(f"{frame}.")] for frame in frames}
+    rows = {
+        part: [parameters.names.index(name) for name in names]
+        for part, names in parts.items()
+        if names
+    }
+    return parameters, rows
+
+
+def _blocks(
+    estimate: Estimate,
+    parameters: Parameters,
+    senses: Sequence[Observations],
+    fields: Mapping[str, Field],
+) -> list[_Block]:
+    x = np.concatenate([estimate.x, np.zeros(len(parameters) - len(estimate.x))])
+    blocks, first = [], 0
+    for sense in senses:
+        linear = sense.linearize(estimate.reference, parameters, x)
+        field = fields.get(sense.label)
+        for i, (name, unit, part) in enumerate(sense.components):
+            noise = (estimate.noise or {})[f"{sense.label}: {name} ({unit})"]
+            amplitude, correlation = 0.0, np.zeros((len(sense), len(sense)))
+            if field is not None:
+                amplitude, noise = field.amplitude[i], max(field.noise[i], LEAST * noise)
+                correlation = matern(sense.q, sense.q, field.length)
+            residual, J = linear.residual[:, part], linear.by_parameter[:, part]
+            blocks.append(_Block(residual, J, correlation, amplitude, noise, first))
+        first += len(sense)
+    return blocks
+
+
+def _test_part(
+    part: str,
+    rows: Sequence[int],
+    estimate: Estimate,
+    parameters: Parameters,
+    blocks: Sequence[_Block],
+) -> Suspect:
+    """Fit the change of one part, with weights of its own, and test it against none."""
+    known, B = len(estimate.x), list(rows)
+    whole = np.zeros(len(parameters))
+    for _ in range(ROUNDS):
+        H, g = _normal(blocks, _weights(blocks, whole))
+        prior = H[:known, :known] + estimate.information
+        M = np.linalg.solve(prior, np.column_stack([H[:known][:, B], g[:known]]))
+        S = H[np.ix_(B, B)] - H[B][:, :known] @ M[:, :-1]
+        u = g[B] - H[B][:, :known] @ M[:, -1]
+        values, vectors = np.linalg.eigh((S + S.T) / 2)
+        seen = values > 1e-9 * max(values[-1], 1e-300)
+        along = vectors[:, seen].T @ u
+        change = vectors[:, seen] @ (along / values[seen])
+        whole = np.zeros(len(parameters))
+        whole[:known] = M[:, -1] - M[:, :-1] @ change
+        whole[B] += change
+    degrees = int(np.sum(seen))
+    spread, rest = _spread(blocks, whole, degrees)
+    evidence = float(np.sum(along**2 / values[seen])) / spread
+    return Suspect(
+        part,
+        float(f_distribution.sf(evidence / degrees, degrees, rest)),
+        evidence - degrees * np.log(max(rest, 2)),
+        change,
+        tuple(parameters.names[i] for i in B),
+    )
+
+
+def _normal(blocks: Sequence[_Block], weights: Array) -> tuple[Array, Array]:
+    """H and g of the module's text."""
+    n = blocks[0].jacobian.shape[2]
+    H, g = np.zeros((n, n)), np.zeros(n)
+    for block in blocks:
+        w = weights[block.samples]
+        K = block.amplitude**2 * block.correlation + np.diag(block.noise**2 / w)
+        factor = cho_factor(K)
+        for axis in range(block.residual.shape[1]):
+            J = block.jacobian[:, axis]
+            KJ = cho_solve(factor, J)
+            H += J.T @ KJ
+            g -= KJ.T @ block.residual[:, axis]
+    return H, g
+
+
+def _squared(blocks: Sequence[_Block], x: Array) -> tuple[Array, Array]:
+    """Squared residual of each sample in units of field and noise, and its number of rows."""
+    n = max(block.samples.stop for block in blocks)
+    squared, d = np.zeros(n), np.zeros(n)
+    for block in blocks:
+        left = block.residual + block.jacobian @ x
+        size = block.amplitude**2 + block.noise**2
+        squared[block.samples] += np.sum(left**2, axis=1) / size
+        d[block.samples] += left.shape[1]
+    return squared, d
+
+
+def _weights(blocks: Sequence[_Block], x: Array) -> Array:
+    """Student-t weight of each sample when the parameters have moved by x."""
+    squared, d = _squared(blocks, x)
+    return np.asarray((FREEDOM + d) / (FREEDOM + squared))
+
+
+def _spread(blocks: Sequence[_Block], x: Array, degrees: int) -> tuple[float, float]:
+    """Variance of the estimated change over S^-1, and the degrees of freedom behind it.
+
+    The sandwich of an M-estimate (Huber 1967): with psi = w r it is
+    mean(psi^2) mean(w) / mean(psi')^2, where psi' averaged over directions is
+    w (1 - 2 |r|^2 / (d (nu + |r|^2))).
+    """
+    squared, d = _squared(blocks, x)
+    w = (FREEDOM + d) / (FREEDOM + squared)
+    slope = w * (1 - 2 * squared / (d * (FREEDOM + squared)))
+    rest = max(float(np.sum(d)) - degrees, 1.0)
+    variance = np.sum(w**2 * squared) * np.sum(d) / rest
+    return float(variance * np.sum(w * d) / np.sum(slope * d) ** 2), rest
+
+
+def _typical(body: Body, senses: Sequence[Observations]) -> float:
+    """Root mean square position residual in m, from its median: outliers do not count."""
+    lengths = [np.linalg.norm(sense.residual(body)[:, :3], axis=1) for sense in senses]
+    return float(np.median(np.concatenate(lengths)) * np.sqrt(3) / 1.538)

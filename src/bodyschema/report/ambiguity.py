@@ -1,0 +1,115 @@
+"""What cannot be told apart: correlations of what is determined, and the directions left open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.export.calibration_yaml import OPEN
+from bodyschema.export.static_transforms import PREFIX
+from bodyschema.report.evidence import Evidence
+from bodyschema.report.figure import AFTER, BEFORE, INK, svg
+from bodyschema.report.page import render
+from bodyschema.report.residuals import WIDTH
+
+Array = NDArray[np.float64]
+
+MOST_SHOWN = 60
+"""Parameters of a heat map; more could not be read."""
+STRONG = 0.95
+MOST_PAIRS = 8
+
+
+@dataclass(frozen=True)
+class Ambiguity:
+    """Correlation matrix, picture of the open directions, and their sentences."""
+
+    evidence: Evidence
+    title: str = "What cannot be told apart"
+
+    def render(self) -> str:
+        """See `Section`."""
+        known = self.evidence.calibration.identifiability
+        names, matrix = self._correlations()
+        pairs = _strongest(names, matrix)
+        return render(
+            "ambiguity.html",
+            correlations=_heat_map(names, matrix) if len(names) > 1 else "",
+            pairs=pairs,
+            strong=STRONG,
+            directions=known.directions,
+            picture=self._null_space() if known.directions else "",
+        )
+
+    def _correlations(self) -> tuple[list[str], Array]:
+        """Names and correlation matrix of the joint parameters that are determined."""
+        calibration = self.evidence.calibration
+        parameters, known = calibration.estimate.parameters, calibration.identifiability
+        kept = [
+            i
+            for i, group in enumerate(parameters.groups)
+            if known.open_share[i] <= OPEN and not group.startswith(PREFIX)
+        ][:MOST_SHOWN]
+        C = calibration.estimate.covariance[np.ix_(kept, kept)]
+        std = np.sqrt(np.diag(C))
+        return [parameters.names[i] for i in kept], np.asarray(C / np.outer(std, std))
+
+    def _null_space(self) -> str:
+        directions = self.evidence.calibration.identifiability.directions
+        involved = {name for direction in directions for name in direction.members}
+        order = self.evidence.calibration.estimate.parameters.names
+        names = [name for name in order if name in involved][:MOST_SHOWN]
+
+        def paint(figure: Any) -> None:
+            axes = figure.subplots()
+            for k, direction in enumerate(directions):
+                places = [names.index(name) for name in direction.members if name in names]
+                colour = INK if direction.inherent else BEFORE
+                axes.plot([min(places, default=0), max(places, default=0)], [k, k], color=colour, lw=1.2)
+                axes.plot(places, [k] * len(places), "s", ms=9, mfc=colour, mec="white")
+            axes.set(xlim=(-0.7, len(names) - 0.3), ylim=(len(directions) - 0.4, -0.6))
+            axes.set_yticks(range(len(directions)), range(1, len(directions) + 1))
+            axes.set_ylabel("open direction")
+            _name_axis(axes.xaxis, names)
+
+        width = min(WIDTH, 130 + 60 + 26 * len(names))
+        height = 130 + 18 * len(directions)
+        return svg("null-space", "Parameters in each direction that is open", (width, height), paint)
+
+
+def _name_axis(axis: Any, names: list[str]) -> None:
+    rotation = 90 if axis.axis_name == "x" else 0
+    size = 10 if len(names) <= 40 else 8
+    axis.set_ticks(range(len(names)), names, rotation=rotation, fontsize=size)
+
+
+def _heat_map(names: list[str], matrix: Array) -> str:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    colours = LinearSegmentedColormap.from_list("sign", [BEFORE, "#ffffff", AFTER])
+
+    def paint(figure: Any) -> None:
+        axes = figure.subplots()
+        image = axes.imshow(matrix, cmap=colours, vmin=-1, vmax=1, interpolation="none")
+        axes.grid(False)
+        _name_axis(axes.xaxis, names)
+        _name_axis(axes.yaxis, names)
+        bar = figure.colorbar(image, ax=axes, shrink=0.6, ticks=[-1, 0, 1])
+        bar.outline.set_visible(False)
+
+    side = min(WIDTH - 70, 150 + 28 * len(names))
+    return svg("correlations", "Correlations of the joint parameters", (side + 70, side), paint)
+
+
+def _strongest(names: list[str], matrix: Array) -> list[tuple[str, str, str]]:
+    """Pairs that are nearly one, the most alike first."""
+    rows, columns = np.triu_indices(len(names), 1)
+    order = np.argsort(-np.abs(matrix[rows, columns]), kind="stable")[:MOST_PAIRS]
+    return [
+        (names[rows[k]], names[columns[k]], f"{matrix[rows[k], columns[k]]:+.2f}")
+        for k in order
+        if abs(matrix[rows[k], columns[k]]) > STRONG
+    ]

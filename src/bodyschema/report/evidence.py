@@ -1,0 +1,99 @@
+"""Evidence: what all sections are drawn from, with the numbers that several of them need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.body.tree import Body
+from bodyschema.learning.agreement import within_prediction
+from bodyschema.learning.batch import LevenbergMarquardt
+from bodyschema.learning.calibration import Calibration
+from bodyschema.learning.held_out import sizes
+from bodyschema.learning.prediction import PredictedError, predict_error
+from bodyschema.learning.problem import moved_joints
+from bodyschema.senses.observations import Observations
+
+Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+MOST_POSTURES = 200
+"""Evenly spaced postures that an error is predicted for."""
+
+BOUND = 0.95
+"""Probability of the bounds that the report states."""
+
+AGREES = 0.9
+"""Share of held-out errors within their 95 % bounds from which the prediction is believed."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A calibration with what it was made from."""
+
+    calibration: Calibration
+    nominal: Body
+    """As described, without the frames that were attached."""
+    senses: tuple[Observations, ...]
+    run: Mapping[str, Any]
+    """What was asked: run.json, and the "command" if there was one."""
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Joints between the frames of the senses."""
+        return moved_joints(self.calibration.body, self.senses)
+
+    @cached_property
+    def good(self) -> tuple[Bools, ...]:
+        """(n,) a sense: the samples whose rows are no outliers."""
+        return tuple(~np.isin(sense.rows, self.calibration.outliers) for sense in self.senses)
+
+    def errors(self, component: str) -> list[tuple[Array, Array]]:
+        """Lengths of one component before and after, (n,) each, a sense; empty where it has none."""
+        before, after = self.calibration.nominal_residuals, self.calibration.residuals
+        return [
+            (sizes(sense, old, component), sizes(sense, new, component))
+            for sense, old, new in zip(self.senses, before, after, strict=True)
+        ]
+
+    @cached_property
+    def predictions(self) -> tuple[PredictedError, ...]:
+        """Predicted error of what each sense looks at, over the postures that were seen."""
+        numbers = sum(len(sense) * len(sense.covariance) for sense in self.senses)
+        freedom = max(numbers - self.calibration.identifiability.rank, 1)
+        estimate = self.calibration.estimate
+        return tuple(
+            predict_error(
+                estimate, spread(sense.q), sense.seen_from, sense.seen, freedom, BOUND
+            )
+            for sense in self.senses
+        )
+
+    @cached_property
+    def within(self) -> tuple[dict[str, float], ...]:
+        """Share of each sense's held-out errors within their bounds, by component."""
+        fit, nu = self.calibration.fit, LevenbergMarquardt().freedom
+        found = []
+        for i, sense in enumerate(self.senses):
+            inside = within_prediction(
+                fit.estimate, sense, fit.levels[i], self.calibration.residuals[i], nu, BOUND
+            )
+            good = self.good[i]
+            found.append({k: float(v[good].mean()) if good.any() else 1.0 for k, v in inside.items()})
+        return tuple(found)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the held-out errors are about as small as predicted."""
+        return float(np.mean([share for shares in self.within for share in shares.values()])) >= AGREES
+
+
+def spread(values: Array, most: int = MOST_POSTURES) -> Array:
+    """Evenly spaced rows of an array, so many at most."""
+    rows = np.linspace(0, len(values) - 1, min(len(values), most)).astype(int)
+    return np.asarray(values[rows])

@@ -1,0 +1,109 @@
+"""Charts as inline SVG: the same bytes each time, text as text, nothing fetched from anywhere."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Callable
+from io import StringIO
+from typing import Any
+
+from bodyschema.errors import MissingExtraError
+
+BEFORE, AFTER = "#d9600f", "#0a8f86"
+INK, GREY, FAINT = "#22272e", "#767676", "#e4e1da"
+MOST_DOTS = 400
+"""Samples that one panel shows; more would make the page heavy and tell the eye no more."""
+
+STYLE: dict[str, Any] = {
+    "svg.fonttype": "none",
+    "font.size": 12,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#c9c5bc",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 12,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "grid.color": FAINT,
+    "grid.linewidth": 0.8,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.major.size": 0,
+    "ytick.major.size": 0,
+    "xtick.minor.size": 0,
+    "ytick.minor.size": 0,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+}
+
+
+def svg(name: str, says: str, size: tuple[float, float], paint: Callable[[Any], None]) -> str:
+    """Draw a chart.
+
+    Args:
+        name: unique on the page; keeps the identifiers of its parts apart from other charts'.
+        says: what it shows, for readers who cannot see it.
+        size: width and height in CSS pixels.
+        paint: draws into the matplotlib figure that it is given.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib import rc_context
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtraError("matplotlib", "report", "report.html") from None
+    # rc_context alone would keep what a user's matplotlibrc says.
+    with rc_context({**STYLE, "svg.hashsalt": name, "path.simplify": False}):
+        # An SVG has 72 units an inch, and a unit is drawn as a pixel.
+        figure = Figure(figsize=(size[0] / 72, size[1] / 72), layout="constrained")
+        FigureCanvasSVG(figure)
+        paint(figure)
+        text = StringIO()
+        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    return _inline(text.getvalue(), says, size)
+
+
+def _inline(text: str, says: str, size: tuple[float, float]) -> str:
+    """The drawing alone: no XML heading, no addresses of name spaces, no fonts of its own."""
+    inner = text[text.index("<defs") : text.rindex("</svg>")]
+    inner = re.sub(r"<g id=\"[^\"]*\"", "<g", inner)
+    inner = re.sub(r"font: (?:\w+ )*?(?:(bold|[5-9]00) )?([\d.]+)px [^;\"]*", _font, inner)
+    inner = inner.replace("xlink:href", "href")
+    inner = re.sub(r"\n\s*", "\n", inner)
+    label = html.escape(says, quote=True)
+    return (
+        f'<svg viewBox="0 0 {size[0]:g} {size[1]:g}" width="{size[0]:g}" role="img" '
+        f'aria-label="{label}"><title>{label}</title>\n{inner}</svg>'
+    )
+
+
+def _font(match: re.Match[str]) -> str:
+    weight = "font-weight: bold; " if match.group(1) else ""
+    return f"{weight}font-size: {match.group(2)}px"
+
+
+def log_scale(axes: Any, unit: str) -> None:
+    """A logarithmic y axis whose marks are numbers with a unit, not powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set_yscale("log")
+    low, high = axes.get_ylim()
+    wide = high > 30 * low
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g} {unit}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def plain(axes: Any) -> None:
+    """Remove the frame and the grid of an axes that carries a drawing."""
+    axes.grid(False)
+    axes.set(xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set_visible(False)

@@ -1,0 +1,93 @@
+"""Joint space: where in the range of each joint the error is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.body.kernels import PRISMATIC
+from bodyschema.report.evidence import Evidence, spread
+from bodyschema.report.figure import AFTER, BEFORE, log_scale, svg
+from bodyschema.report.page import render
+from bodyschema.report.residuals import SMALLEST, WIDTH
+from bodyschema.report.units import SHOWN
+
+Array = NDArray[np.float64]
+
+ACROSS = 4
+"""Panels beside each other."""
+MOST_DOTS = 150
+BINS = 7
+FEWEST_A_BIN = 4
+
+
+@dataclass(frozen=True)
+class JointSpace:
+    """Position errors against the reading of every joint that moved."""
+
+    evidence: Evidence
+    title: str = "Error over joint space"
+
+    def render(self) -> str:
+        """See `Section`."""
+        joints = self.evidence.joints
+        height = 40 + 175 * math.ceil(len(joints) / ACROSS)
+        drawing = svg(
+            "joint-space", "Position error against the reading of each joint", (WIDTH, height),
+            self._draw,
+        )  # fmt: skip
+        return render("joint_space.html", chart=drawing)
+
+    def _draw(self, figure: Any) -> None:
+        q, before, after = self._samples()
+        joints, body = self.evidence.joints, self.evidence.calibration.body
+        rows = math.ceil(len(joints) / ACROSS)
+        panes = figure.subplots(rows, ACROSS, squeeze=False, sharey=True).ravel()
+        for axes, joint in zip(panes, joints, strict=False):
+            scale, unit = joint_unit(self.evidence, joint)
+            x = scale * q[:, body.joint_index(joint)]
+            for values, colour in ((before, BEFORE), (after, AFTER)):
+                dots = spread(np.stack([x, values], axis=1), MOST_DOTS)
+                axes.plot(*dots.T, "o", ms=3, mfc=colour, mec="none", alpha=0.4)
+                axes.plot(*_medians(x, values), color=colour, lw=2.2)
+            axes.set_title(f"{joint}, {unit}", fontsize=11)
+            axes.margins(x=0.03)
+        log_scale(panes[0], "mm")
+        for axes in panes[len(joints) :]:
+            axes.set_visible(False)
+
+    def _samples(self) -> tuple[Array, Array, Array]:
+        """Readings and position errors in mm of all good samples."""
+        pairs = self.evidence.errors("position")
+        kept = [
+            (sense.q[good], before[good], after[good])
+            for sense, good, (before, after) in zip(
+                self.evidence.senses, self.evidence.good, pairs, strict=True
+            )
+            if len(before)
+        ]
+        q, before, after = (np.concatenate(side) for side in zip(*kept, strict=True))
+        floor = SMALLEST["m"]
+        return q, 1e3 * np.maximum(before, floor), 1e3 * np.maximum(after, floor)
+
+
+def joint_unit(evidence: Evidence, joint: str) -> tuple[float, str]:
+    """Scale and name of the unit that a joint's readings are shown in."""
+    body = evidence.calibration.body
+    slides = bool((body.kind[body.driver == body.joint_index(joint)] == PRISMATIC).any())
+    return SHOWN["m" if slides else "rad"]
+
+
+def _medians(x: Array, values: Array) -> tuple[list[float], list[float]]:
+    """Median error in parts of the range that hold equally many samples."""
+    order = np.argsort(x, kind="stable")
+    parts = np.array_split(order, max(min(BINS, len(x) // FEWEST_A_BIN), 1))
+    full = [part for part in parts if len(part)]
+    return (
+        [float(np.median(x[part])) for part in full],
+        [float(np.median(values[part])) for part in full],
+    )

@@ -1,0 +1,80 @@
+"""The parameter table: every value with its error, or with what it cannot be told apart from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+
+from bodyschema.export.calibration_yaml import OPEN
+from bodyschema.export.static_transforms import PREFIX
+from bodyschema.report.evidence import Evidence
+from bodyschema.report.page import render
+from bodyschema.report.units import SHOWN, listed, significant, with_error
+
+HEADINGS = {
+    "offsets": "Joint offsets: the true joint value is its reading plus this",
+    "gears": "Gear errors: the joint moves by so much more than its encoder says",
+    "axes": "Joint axes: tilts of the axis",
+    "links": "Links: shifts of the joint in its parent's frame",
+}
+MOST_PARTNERS = 4
+CLEAR = 2.0
+"""Standard deviations from which a correction is told from none."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One parameter as it is shown."""
+
+    name: str
+    value: str
+    std: str
+    unit: str
+    prior: str
+    determined: bool
+    clear: bool
+    partners: str
+
+
+@dataclass(frozen=True)
+class ParameterTable:
+    """All parameters, group by group."""
+
+    evidence: Evidence
+    title: str = "Corrections"
+
+    def render(self) -> str:
+        """See `Section`."""
+        groups = self.evidence.calibration.estimate.parameters.groups
+        order = sorted(range(len(groups)), key=lambda i: list(dict.fromkeys(groups)).index(groups[i]))
+        parts = [
+            (_heading(group), [self._row(i) for i in members])
+            for group, members in groupby(order, key=lambda i: groups[i])
+        ]
+        return render("parameters.html", parts=parts, clear=f"{CLEAR:g}")
+
+    def _row(self, i: int) -> Row:
+        calibration = self.evidence.calibration
+        estimate, known = calibration.estimate, calibration.identifiability
+        parameters = estimate.parameters
+        scale, unit = SHOWN[parameters.units[i]]
+        value, std = float(scale * estimate.x[i]), float(scale * estimate.std[i])
+        determined = bool(known.open_share[i] <= OPEN)
+        texts = with_error(value, std)
+        partners = known.partners(parameters.names[i])
+        return Row(
+            name=parameters.names[i],
+            value=texts[0],
+            std=texts[1] if determined else "",
+            unit=unit,
+            prior=significant(float(scale * parameters.prior_std[i]), 2),
+            determined=determined,
+            clear=determined and abs(value) > CLEAR * std,
+            partners=listed(partners, MOST_PARTNERS),
+        )
+
+
+def _heading(group: str) -> str:
+    if group.startswith(PREFIX):
+        return f"Frame {group.removeprefix(PREFIX)}: shifts and turns from its first guess"
+    return HEADINGS[group]

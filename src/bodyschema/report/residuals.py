@@ -1,0 +1,164 @@
+"""Residuals: the error of every sample, and its spread along every axis, before and after."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.report.evidence import Evidence, spread
+from bodyschema.report.figure import AFTER, BEFORE, INK, MOST_DOTS, log_scale, svg
+from bodyschema.report.page import render
+from bodyschema.report.units import SHOWN, significant
+
+Array = NDArray[np.float64]
+
+SMALLEST = {"m": 1e-7, "rad": 1e-8, "1": 1e-9}
+"""Smaller errors are drawn as this: a logarithmic axis has no zero."""
+MOST_PANELS = 6
+MOST_NAMED = 8
+"""Outliers whose row numbers are written beside them."""
+WIDTH = 840
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One component of one sense."""
+
+    title: str
+    unit: str
+    rows: Array
+    before: Array
+    after: Array
+    bad: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Charts of every sample and every axis."""
+
+    evidence: Evidence
+    title: str = "Residuals"
+
+    def render(self) -> str:
+        """See `Section`."""
+        panels = self._panels()
+        drawn = sorted(panels, key=lambda p: -float(p.after.max(initial=0)))[:MOST_PANELS]
+        kept = [panel for panel in panels if any(panel is other for other in drawn)]
+        n = max(len(panel.rows) for panel in kept)
+        return render(
+            "residuals.html",
+            samples=svg(
+                "samples", "Error of every sample before and after, by row",
+                (WIDTH, 40 + 175 * len(kept)), lambda figure: _draw_samples(figure, kept),
+            ),
+            left_out=len(panels) - len(kept),
+            thinned=n > MOST_DOTS,
+            axes=[self._axes(*key) for key in self._frames()],
+            outliers=bool(self.evidence.calibration.outliers),
+        )  # fmt: skip
+
+    def _panels(self) -> list[Panel]:
+        evidence, panels = self.evidence, []
+        for i, sense in enumerate(evidence.senses):
+            for name, unit, _ in sense.components:
+                before, after = (
+                    np.maximum(e, SMALLEST[unit]) * SHOWN[unit][0] for e in evidence.errors(name)[i]
+                )
+                panels.append(
+                    Panel(f"{sense.label}: {name}", SHOWN[unit][1], sense.rows, before, after,
+                          ~evidence.good[i])
+                )  # fmt: skip
+        return [panel for panel in panels if len(panel.rows)]
+
+    def _frames(self) -> list[tuple[str, str, str]]:
+        """(frame, component, unit) that residuals are given in, each once."""
+        found = {
+            (sense.seen_from, name, unit): None
+            for sense in self.evidence.senses
+            for name, unit, part in sense.components
+            if part.stop - part.start == 3
+        }
+        return list(found)
+
+    def _axes(self, frame: str, component: str, unit: str) -> str:
+        before, after = self._along(frame, component)
+        scale, word = SHOWN[unit]
+        says = f"Spread of the {component} residuals along x, y and z of {frame}"
+        return svg(
+            f"axes-{frame}-{component}", says, (WIDTH, 215),
+            lambda figure: _draw_axes(
+                figure, f"{component}, in {frame}", word, scale * before, scale * after
+            ),
+        )  # fmt: skip
+
+    def _along(self, frame: str, component: str) -> tuple[Array, Array]:
+        """Residuals of all senses from one frame, without the outliers, (n, 3) each."""
+        c, parts = self.evidence.calibration, []
+        for i, sense in enumerate(self.evidence.senses):
+            for name, _, part in sense.components:
+                if (sense.seen_from, name) == (frame, component):
+                    good = self.evidence.good[i]
+                    before, after = c.nominal_residuals[i], c.residuals[i]
+                    parts.append((before[good][:, part], after[good][:, part]))
+        before, after = (np.concatenate(side) for side in zip(*parts, strict=True))
+        return before, after
+
+
+def _draw_samples(figure: Any, panels: list[Panel]) -> None:
+    panes = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, panel in zip(panes, panels, strict=True):
+        shown = spread(np.arange(len(panel.rows), dtype=np.float64), MOST_DOTS).astype(int)
+        shown = np.union1d(shown, np.flatnonzero(panel.bad)[:MOST_DOTS])
+        rows = panel.rows[shown]
+        axes.plot(rows, panel.before[shown], "o", ms=4.5, mfc="none", mec=BEFORE, label="before")
+        axes.plot(rows, panel.after[shown], "o", ms=4.5, mfc=AFTER, mec="none", label="after")
+        _ring_outliers(axes, panel)
+        log_scale(axes, panel.unit)
+        axes.set_title(panel.title)
+    panes[-1].set_xlabel("row of the recording")
+    figure.legend(*panes[0].get_legend_handles_labels(), loc="outside upper right", ncols=3,
+                  frameon=False)  # fmt: skip
+
+
+def _ring_outliers(axes: Any, panel: Panel) -> None:
+    bad = np.flatnonzero(panel.bad)
+    if not len(bad):
+        return
+    axes.plot(panel.rows[bad], panel.after[bad], "o", ms=10, mfc="none", mec=INK, label="outlier row")
+    for i in bad[np.argsort(-panel.after[bad])][:MOST_NAMED]:
+        axes.annotate(
+            f"{panel.rows[i]}", (panel.rows[i], panel.after[i]), xytext=(7, 5),
+            textcoords="offset points", fontsize=10,
+        )  # fmt: skip
+
+
+def _draw_axes(figure: Any, title: str, unit: str, before: Array, after: Array) -> None:
+    """Quantiles of each axis as bars: 90 % thin, half of the samples thick, the median a dot."""
+    axes = figure.subplots()
+    axes.axvline(0, color=INK, lw=0.8)
+    places = []
+    for k, name in enumerate("xyz"):
+        for shift, values, colour in ((-0.17, before, BEFORE), (0.17, after, AFTER)):
+            low, q1, middle, q3, high = np.quantile(values[:, k], [0.05, 0.25, 0.5, 0.75, 0.95])
+            axes.plot([low, high], [k + shift] * 2, color=colour, lw=2)
+            axes.plot([q1, q3], [k + shift] * 2, color=colour, lw=8, solid_capstyle="butt")
+            axes.plot(middle, k + shift, "o", ms=5, mfc="white", mec=INK, mew=1)
+            mean, std = float(np.mean(values[:, k])), float(np.std(values[:, k]))
+            sign = "-" if mean < 0 else "+"
+            places.append((k + shift, f"{sign}{significant(abs(mean), 2)} ± {significant(std, 2)}", colour))
+        axes.axhline(k + 0.5, color="none", label=name)
+    for height, text, colour in places:
+        axes.annotate(text, (1.01, height), xycoords=("axes fraction", "data"), va="center",
+                      fontsize=11, color=colour, annotation_clip=False)  # fmt: skip
+    axes.annotate(f"mean ± std, {unit}", (1.01, -0.62), xycoords=("axes fraction", "data"),
+                  va="center", fontsize=10, annotation_clip=False)  # fmt: skip
+    axes.set(yticks=range(3), yticklabels=list("xyz"), ylim=(2.45, -0.75), title=title)
+    axes.set_xlabel(f"seen minus predicted, {unit}")
+    axes.grid(axis="y", visible=False)
+    reach = max(abs(limit) for limit in axes.get_xlim())
+    if math.isfinite(reach):
+        axes.set_xlim(-reach, reach)

@@ -1,0 +1,47 @@
+"""Numbers as people read them: mm, degrees and percent, with no more digits than are known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+SHOWN = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "1": (100.0, "%")}
+"""What people read instead of SI."""
+
+ABSENT = "–"
+"""Where there is no number."""
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """A number to so many significant digits, never in powers of ten: 0.00123, 54.7, 1230."""
+    if value is None or not math.isfinite(value):
+        return ABSENT
+    return f"{value:.{_decimals(value, digits)}f}"
+
+
+def shown(value: float | None, unit: str, digits: int = 3) -> str:
+    """An SI value in the unit that people read, with that unit: "1.54 mm"."""
+    scale, name = SHOWN[unit]
+    return f"{significant(None if value is None else scale * value, digits)} {name}"
+
+
+def with_error(value: float, std: float) -> tuple[str, str]:
+    """A signed value and its error, both to the second significant digit of the error."""
+    if not math.isfinite(std):
+        return f"{value:+.3f}", ABSENT
+    decimals = _decimals(std, 2)
+    return f"{value:+.{decimals}f}", f"{std:.{decimals}f}"
+
+
+def listed(words: Sequence[object], most: int) -> str:
+    """ "a, b, c", cut after so many words with the number of the others."""
+    shown_words = ", ".join(str(word) for word in words[:most])
+    return shown_words + (f" and {len(words) - most} more" if len(words) > most else "")
+
+
+def _decimals(value: float, digits: int) -> int:
+    if not value:
+        return digits - 1
+    # The ninth digit settles what 0.9999 rounds to.
+    exponent = math.floor(math.log10(float(f"{abs(value):.{max(digits - 1, 0)}e}")))
+    return min(max(digits - 1 - exponent, 0), 6)

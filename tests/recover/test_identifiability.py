@@ -1,0 +1,199 @@
+"""What cannot be told is named, and nothing else is: cases whose answer is known by geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bodyschema import lie
+from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
+from bodyschema.body.tree import Body
+from bodyschema.learning.batch import Fit, LevenbergMarquardt
+from bodyschema.learning.identifiability import Identifiability, identifiability, random_postures
+from bodyschema.learning.normal_equations import fisher_share, level_rows, whiten
+from bodyschema.senses.observations import Observations
+from simulated import free_all, points, poses, postures, seen_arm
+
+Array = NDArray[np.float64]
+SENSES = {"points": points, "poses": poses}
+N = 5
+SAMPLES = 60
+
+
+def told(body: Body, parameters: Parameters, senses: Sequence[Observations]) -> Identifiability:
+    """Fit and judge; the rank must be that of the stacked Jacobian in units of the prior."""
+    fit = LevenbergMarquardt().fit(body, parameters, senses)
+    found = identifiability(fit, senses)
+    assert found.rank == np.linalg.matrix_rank(stacked(fit, senses), tol=1.0)
+    assert found.rank + len(found.directions) == len(parameters)
+    assert found.open_share.sum() == pytest.approx(len(found.directions))
+    return found
+
+
+def stacked(fit: Fit, senses: Sequence[Observations]) -> Array:
+    """(numbers, n_parameters) whitened Jacobian, weighted as in the fit."""
+    estimate, rows = fit.estimate, []
+    for sense, level, weight in zip(senses, fit.levels, fit.weights, strict=True):
+        part = whiten(sense, estimate.reference, estimate.parameters, estimate.x)
+        root = np.sqrt(weight * fisher_share(4.0, part.residual.shape[1]))
+        J = part.jacobian * root[:, None, None] / level_rows(sense, level)[:, None]
+        rows.append(J.reshape(-1, len(estimate.x)))
+    return np.concatenate(rows) * estimate.parameters.scale
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
+
+
+@pytest.fixture
+def body(rng: np.random.Generator) -> Body:
+    """Five joints; the first turns about the vertical through the base."""
+    return with_axis(seen_arm(N, rng), "link_1", [0, 0, 1])
+
+
+def with_axis(body: Body, frame: str, axis: Sequence[float]) -> Body:
+    axes = body.axis.copy()
+    axes[body.frame_index(frame)] = axis
+    return replace(body, axis=axes)
+
+
+@pytest.fixture
+def q(body: Body, rng: np.random.Generator) -> Array:
+    return postures(SAMPLES, body, rng)
+
+
+@pytest.mark.parametrize("sense", SENSES)
+@pytest.mark.parametrize("seed", range(30))
+def test_none_is_invented_where_all_can_be_told(seed: int, sense: str) -> None:
+    rng = np.random.default_rng(seed)
+    body = seen_arm(3 + seed % 4, rng)
+    seen = SENSES[sense](body, postures(SAMPLES, body, rng), rng)
+    found = told(body, free_joints(body, ["offsets"]), [seen])
+    assert found.directions == ()
+    assert found.sentences == ()
+    assert found.rank == len(body.joints)
+    assert (found.open_share == 0).all()
+
+
+def test_a_joint_that_stood_still(body: Body, q: Array, rng: np.random.Generator) -> None:
+    """Its offset is seen, but not apart from its gear."""
+    q[:, 2] = 0.7
+    found = told(body, free_joints(body, ["offsets", "gears"]), [points(body, q, rng)])
+    (direction,) = found.directions
+    assert set(direction.members) == {"joint_3.offset", "joint_3.gear"}
+    assert not direction.inherent
+    assert direction.sentence == (
+        "joint_3.offset and joint_3.gear could not be told apart in these postures; "
+        "rotate joint_3 further to determine them."
+    )
+    assert found.partners("joint_3.gear") == ("joint_3.offset",)
+    assert found.partners("joint_2.gear") == ()
+
+
+def test_a_joint_that_stood_still_at_zero(body: Body, q: Array, rng: np.random.Generator) -> None:
+    q[:, 2] = 0.0
+    found = told(body, free_joints(body, ["offsets", "gears"]), [points(body, q, rng)])
+    assert found.sentences == (
+        "joint_3.gear had too little effect in these postures; "
+        "rotate joint_3 further to determine them.",
+    )
+
+
+@pytest.mark.parametrize("sense", SENSES)
+def test_the_first_joint_and_an_unknown_tracker(
+    sense: str, body: Body, q: Array, rng: np.random.Generator
+) -> None:
+    body = body.with_placement("tracker", lie.transform(np.eye(3), [0.8, 0.0, 0.3]))
+    parameters = join(free_joints(body, ["offsets"]), free_frame(body, "tracker"))
+    found = told(body, parameters, [SENSES[sense](body, q, rng)])
+    (direction,) = found.directions
+    # The tracker goes round the vertical together with the first joint.
+    assert set(direction.members) == {"joint_1.offset", "tracker.turn_z", "tracker.link_y"}
+    assert direction.inherent
+    assert "cannot be told apart by any motion" in direction.sentence
+    assert "measure how 'tracker' is mounted" in direction.sentence
+    assert "tracker.turn_z" in found.partners("joint_1.offset")
+
+
+def test_the_last_joint_and_a_tool_point_on_its_axis(
+    body: Body, q: Array, rng: np.random.Generator
+) -> None:
+    """On the axis the last offset moves nothing; off it, the tool point goes round with it."""
+    straight = lie.transform(np.eye(3), 0.1 * body.axis[body.frame_index("link_5")])
+    on = body.with_placement("tip", np.eye(4)).with_placement("tool", straight)
+    offsets = free_joints(body, ["offsets"])
+    found = told(on, offsets, [points(on, q, rng)])
+    assert found.sentences == (
+        "joint_5.offset has no effect on what was seen; only another sense can tell it.",
+    )
+    assert told(on, offsets, [poses(on, q, rng)]).directions == ()
+    assert told(body, offsets, [points(body, q, rng)]).directions == ()
+    off = join(offsets, free_frame(body, "tool", 0.1, None))
+    (direction,) = told(body, off, [points(body, q, rng)]).directions
+    assert direction.inherent
+    assert "joint_5.offset" in direction.members
+    assert {name.split(".")[0] for name in direction.members} == {"joint_5", "tool"}
+
+
+def test_one_joint_moves_alone(body: Body, q: Array, rng: np.random.Generator) -> None:
+    """The point draws a circle: radius, height and phase for the offsets of joints 2 to 5."""
+    q[:, [0, 2, 3, 4]] = q[0, [0, 2, 3, 4]]
+    found = told(body, free_joints(body, ["offsets"]), [points(body, q, rng)])
+    (direction,) = found.directions
+    assert set(direction.members) == {f"joint_{i}.offset" for i in (2, 3, 4, 5)}
+    assert not direction.inherent
+    assert "could not be told apart in these postures; rotate joint_2" in direction.sentence
+    assert found.partners("joint_1.offset") == ()
+
+
+@pytest.mark.parametrize("sense", SENSES)
+def test_links_slide_along_axes(sense: str, body: Body, q: Array, rng: np.random.Generator) -> None:
+    """Link i longer along axis i and link i + 1 shorter by as much is the same arm."""
+    found = told(body, free_joints(body, ["links"]), [SENSES[sense](body, q, rng)])
+    assert len(found.directions) == N - 1
+    assert all(direction.inherent for direction in found.directions)
+    assert all("fix one of them as modelled" in sentence for sentence in found.sentences)
+    assert all(len(direction.members) >= 2 for direction in found.directions)
+
+
+@pytest.mark.parametrize("n", [4, 6])
+def test_all_free_leaves_the_directions_that_geometry_says(n: int) -> None:
+    """A revolute arm has 4 n + 6 geometric numbers (Everett, Driels, Mooring 1987)."""
+    rng = np.random.default_rng(n)
+    body = seen_arm(n, rng)
+    parameters = free_all(body, ("offsets", "axes", "links"))
+    seen = poses(body, postures(300, body, rng), rng, (1e-5, 1e-5))
+    found = told(body, parameters, [seen])
+    assert found.rank == 4 * n + 6
+    assert all(direction.inherent for direction in found.directions)
+
+
+def test_directions_that_a_motion_could_close_come_first(
+    body: Body, q: Array, rng: np.random.Generator
+) -> None:
+    q[:, 2] = 0.7
+    groups = free_joints(body, ["offsets", "gears"])
+    found = told(body, join(groups, free_frame(body, "tracker")), [points(body, q, rng)])
+    assert [direction.inherent for direction in found.directions] == [False, True]
+
+
+def test_without_parameters_there_is_nothing_to_tell(
+    body: Body, q: Array, rng: np.random.Generator
+) -> None:
+    seen = [points(body, q, rng)]
+    fit = LevenbergMarquardt().fit(body, free_joints(body, ()), seen)
+    assert identifiability(fit, seen).rank == 0
+    assert identifiability(fit, seen).directions == ()
+
+
+def test_random_postures_keep_to_the_limits(body: Body, rng: np.random.Generator) -> None:
+    limited = replace(body, lower=np.array([-1, -np.inf, 0, 0, 0]), upper=np.full(5, 0.5))
+    q = random_postures(limited, 500, rng)
+    assert (q <= 0.5).all()
+    assert q[:, 0].min() == pytest.approx(-1, abs=0.05)
+    assert q[:, 1].min() == pytest.approx(-np.pi, abs=0.05)
