@@ -2,10 +2,11 @@
 
     python benchmarks/recordings.py [--json] [--data FOLDER]
 
-fr3     5-fold held-out error of the flange (link8), clean, and with 15 % of the training poses shifted
-        by 3 cm or 20 cm; from the nominal robot and unknown frames. "rms_mm" is the prediction of
-        the corrected body with its residual field; "body_alone" is the body that goes into the URDF.
-        "recursive" is the recursive learner in one pass, body alone; compare with "batch_body_alone".
+fr3     5-fold held-out error of the flange (link8), clean, and with 15 % of the training poses
+        shifted by 3 cm or 20 cm; from the nominal robot and unknown frames. "rms_mm" is the
+        prediction of the corrected body with its residual field, "body_alone" that of the body
+        which goes into the URDF. "recursive" is the recursive learner in one pass, body alone;
+        compare it with "batch_body_alone".
 talos   held-out error of the point, with joint offsets and with the model that was chosen.
 tiago   what `calibrate` says of a recording with a clock fault.
 """
@@ -132,9 +133,8 @@ def fr3_recursive(data: Path) -> Score:
         problem = Problem(body, (sense,), {"board": "no", "camera": "no"}, body.joints)
         learner = bs.GaussNewton(unknown=problem.unknown)
         begin = time.perf_counter()
-        state = learner.start(body, problem.parameters(FULL))
-        for state, _ in run(learner, state, [sense]):
-            pass
+        start = learner.start(body, problem.parameters(FULL))
+        *_, (state, _) = run(learner, start, [sense])
         seconds.append(time.perf_counter() - begin)
         predicted = relative_pose(state.estimate.body, q[fold], "board", "camera")
         errors[fold] = link8_error(predicted, pose[fold])
@@ -175,7 +175,7 @@ def tiago(data: Path) -> dict[str, Any]:
         body = body.attach(f"marker_{k}", "wrist_ft_tool_link")
         points = recording.matrix([f"{axis}{k}" for axis in "xyz"], "m")[0]
         senses.append(bs.Points.make(q, points, "mocap", f"marker_{k}"))
-    frames = {frame: "no" for frame in ("mocap", "marker_1", "marker_2", "marker_3")}
+    frames = dict.fromkeys(("mocap", "marker_1", "marker_2", "marker_3"), "no")
     answer = bs.calibrate(body, senses, frames)
     offsets = bs.calibrate(body, senses, frames, groups=["offsets"])
     return {

@@ -74,9 +74,7 @@ def recursive_update() -> dict[str, float]:
     frames = [bs.free_frame(body, frame) for frame in ("tracker", "hand")]
     parameters = bs.join(bs.free_joints(body, ("offsets", "axes", "links")), *frames)
     learner = bs.GaussNewton(unknown=("tracker", "hand"))
-    state = learner.start(body, parameters)
-    for state, _ in run(learner, state, [seen.take(range(100))]):
-        pass
+    *_, (state, _) = run(learner, learner.start(body, parameters), [seen.take(range(100))])
     samples = [seen.take([i]) for i in range(100, 200)]
 
     def steps() -> None:

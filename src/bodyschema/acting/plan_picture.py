@@ -78,7 +78,7 @@ def _draw_errors(axes: Any, plan: Plan) -> None:
                       textcoords="offset points", fontsize=12, weight="bold")  # fmt: skip
     if not wide:
         axes.set_ylim(0, 1.1e3 * plan.error[0])
-    axes.set_xlim(-0.2, 1.28 * poses[-1])
+    axes.set_xlim(-0.2, 1.36 * poses[-1])
     axes.set_xticks(poses[:: 1 + len(poses) // 12])
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g} mm"))
     axes.yaxis.set_minor_formatter(NullFormatter())
@@ -97,8 +97,7 @@ def _draw_views(
     recorded = [sense.q for sense in senses if len(sense)]
     before = frame_poses(body, np.concatenate(recorded))[..., :3, 3] if recorded else places[:0]
     for axes, plane, names in ((side, [0, 2], "xz"), (above, [0, 1], "xy")):
-        for end in ends:
-            axes.plot(*before[:, end][:, plane].T, ".", ms=5, color="#b3ada0", zorder=1)
+        axes.plot(*before[:, ends[0]][:, plane].T, ".", ms=5, color="#b3ada0", zorder=1)
         _draw_poses(axes, places[..., plane], lines, ends[0])
         axes.plot(*places[0, 0, plane], "s", ms=11, color=INK, zorder=3)
         _frame_view(axes, names)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,11 +86,11 @@ def _points(visual: Visual) -> Array | None:
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     if visual.shape == "mesh":
         vertices = _mesh_points(Path(visual.mesh))
-        return None if vertices is None else vertices * size
+        return None if vertices is None else np.asarray(vertices * size)
     if visual.shape == "box":
         return np.asarray(corners * size / 2)
     if visual.shape == "sphere":
-        return _directions(DIRECTIONS) * size[0]
+        return np.asarray(_directions(DIRECTIONS) * size[0])
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     rim = np.stack([size[0] * np.cos(turn), size[0] * np.sin(turn), 0 * turn], axis=1)
     end = np.array([0.0, 0.0, size[1] / 2])
@@ -104,7 +105,8 @@ def _mesh_points(path: Path) -> Array | None:
     if not path.is_file():
         return None
     try:
-        vertices = np.asarray(trimesh.load_mesh(path).vertices, dtype=np.float64)
+        mesh: Any = trimesh.load(path, force="mesh")
+        vertices = np.asarray(mesh.vertices, dtype=np.float64)
     except Exception:  # readers of many formats, each with errors of its own
         return None
-    return vertices if vertices.shape[0] > 3 and np.isfinite(vertices).all() else None
+    return vertices if len(vertices) > 3 and bool(np.isfinite(vertices).all()) else None

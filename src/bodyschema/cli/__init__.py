@@ -33,6 +33,7 @@ def run(arguments: Sequence[str]) -> int:
     from bodyschema.cli.check import Check
     from bodyschema.cli.export import Export
     from bodyschema.cli.plan import PlanPoses
+    from bodyschema.cli.report import Report
     from bodyschema.cli.simulate import Simulate
 
     verbs = (
@@ -40,6 +41,8 @@ def run(arguments: Sequence[str]) -> int:
         | Annotated[Simulate, tyro.conf.subcommand("simulate")]
         | Annotated[PlanPoses, tyro.conf.subcommand("plan")]
         | Annotated[Check, tyro.conf.subcommand("check")]
+        | Annotated[Report, tyro.conf.subcommand("report")]
+        | Annotated[Report, tyro.conf.subcommand("view")]
         | Annotated[Export, tyro.conf.subcommand("export")]
     )
     verb = tyro.cli(

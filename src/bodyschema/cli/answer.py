@@ -1,24 +1,23 @@
-"""The answer of `calibrate`, as one JSON object for machines and as text for people."""
+"""The answer of `calibrate` and `report`: one JSON object for machines, text for people."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from bodyschema.export.calibration_yaml import OPEN
 from bodyschema.learning.calibration import Accuracy, Calibration, describe_groups
+from bodyschema.learning.clock import FALSE_ALARM
 from bodyschema.learning.held_out import Errors
+from bodyschema.report.units import SHOWN
 
 MOST_SENTENCES = 5
 """Sentences on what the data cannot tell that the terminal shows; the files hold all."""
-
-SHOWN = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "1": (100.0, "%")}
-"""What people read instead of SI."""
-
-DETERMINED = 0.5
-"""A parameter with more of its prior variance than this in open directions has no error bar."""
 
 
 def as_json(calibration: Calibration) -> dict[str, Any]:
@@ -50,9 +49,9 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
             {
                 "name": name,
                 "value": float(value),
-                "std": float(std) if share < DETERMINED else None,
+                "std": float(std) if share <= OPEN else None,
                 "unit": unit,
-                "identifiable": bool(share < DETERMINED),
+                "identifiable": bool(share <= OPEN),
                 "combined_with": list(known.partners(name)),
             }
             for name, value, std, unit, share in rows
@@ -81,75 +80,83 @@ def _errors(errors: Errors, scale: float) -> dict[str, float]:
     return {name: scale * getattr(errors, name) for name in ("rms", "median", "max")}
 
 
-def print_answer(console: Console, calibration: Calibration) -> None:
-    """Verdict, errors before and after, parameters, and what the data do not tell."""
+def print_answer(console: Console, document: Mapping[str, Any]) -> None:
+    """Verdict, errors before and after, parameters, and what the data do not tell.
+
+    Args:
+        console: where to.
+        document: what calibration.yaml holds; see `calibration_document`.
+    """
     colour = {"calibrated": "green", "only frames": "yellow", "refused": "red"}
-    verdict = calibration.verdict
-    console.print(f"\n[bold {colour[verdict]}]{verdict}[/]  {calibration.explanation}\n")
-    console.print(_error_table(calibration))
-    console.print(_parameter_table(calibration))
-    sentences = calibration.identifiability.sentences
+    verdict = document["verdict"]
+    style = colour.get(verdict, "white")
+    console.print(f"\n[bold {style}]{verdict}[/]  {escape(document['explanation'])}\n")
+    console.print(_error_table(document))
+    console.print(_parameter_table(document["parameters"]))
+    sentences = document["not_determined"]
     if sentences:
         console.print("[bold]What these data cannot tell[/]")
         for sentence in sentences[:MOST_SENTENCES]:
-            console.print(f"  - {sentence}", highlight=False)
+            console.print(f"  - {escape(sentence)}", highlight=False)
         if len(sentences) > MOST_SENTENCES:
             more = len(sentences) - MOST_SENTENCES
             console.print(f"  ... and {more} more; calibration.yaml lists all.")
-    for line in _warnings(calibration):
+    for line in _warnings(document):
         console.print(line, highlight=False)
 
 
-def _warnings(calibration: Calibration) -> list[str]:
+def _warnings(document: Mapping[str, Any]) -> list[str]:
     lines = []
-    clock = calibration.clock
-    if clock.faulty:
-        rows = ", ".join(map(str, clock.late_rows)) or "none singly certain"
+    if document["clock_p_value"] < FALSE_ALARM:
+        rows = ", ".join(map(str, document["late_rows"])) or "none singly certain"
         lines.append(
-            f"[bold yellow]Clock fault[/] (p = {clock.p_value:.2g}): the body was seen after it had "
-            f"begun to move on; rows {rows}. Compare the clocks of joints and tracker."
+            f"[bold yellow]Clock fault[/] (p = {document['clock_p_value']:.2g}): the body was seen "
+            f"after it had begun to move on; rows {rows}. Compare the clocks of joints and tracker."
         )
-    if calibration.outliers:
-        shown = ", ".join(map(str, calibration.outliers[:20]))
-        more = " ..." if len(calibration.outliers) > 20 else ""
+    outliers = document["outlier_rows"]
+    if outliers:
+        shown = ", ".join(map(str, outliers[:20]))
+        more = " ..." if len(outliers) > 20 else ""
         lines.append(
-            f"[bold]{len(calibration.outliers)} outlier rows[/] (counted from 0) were held off and "
+            f"[bold]{len(outliers)} outlier rows[/] (counted from 0) were held off and "
             f"left out of the errors above: {shown}{more}"
         )
-    if not calibration.fit.converged:
+    if not document["converged"]:
         lines.append("[bold yellow]The fit had not settled[/] when the iterations ran out.")
     return lines
 
 
-def _error_table(calibration: Calibration) -> Table:
-    table = Table(title=f"Held-out error over {calibration.n_rows} rows", title_justify="left")
-    posed = calibration.held_out.rotation is not None
+def _error_table(document: Mapping[str, Any]) -> Table:
+    table = Table(title=f"Held-out error over {document['rows']} rows", title_justify="left")
+    held_out = document["held_out"]
+    posed = held_out["after"]["rotation_deg"] is not None
     heads = ("", "rms mm", "median mm", "max mm", *(("rms deg",) if posed else ()))
     for head in heads:
         table.add_column(head, justify="left" if not head else "right")
     named = (
-        ("as modelled", calibration.nominal),
-        (describe_groups(calibration.groups) + " corrected", calibration.held_out),
-        ("... with the residual field", calibration.with_field),
+        ("as modelled", held_out["before"]),
+        (describe_groups(document["groups"]) + " corrected", held_out["after"]),
+        ("... with the residual field", held_out["after_with_residual_field"]),
     )
     for name, accuracy in named:
-        position = accuracy.position
-        cells = [f"{1e3 * value:.2f}" for value in (position.rms, position.median, position.max)]
-        if accuracy.rotation is not None:
-            cells.append(f"{math.degrees(accuracy.rotation.rms):.3f}")
+        cells = [_number(accuracy["position_mm"][k], 2) for k in ("rms", "median", "max")]
+        if posed:
+            cells.append(_number(accuracy["rotation_deg"]["rms"], 3))
         table.add_row(name, *cells)
     return table
 
 
-def _parameter_table(calibration: Calibration) -> Table:
+def _parameter_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
     table = Table(title="Corrections", title_justify="left")
     for head in ("parameter", "value", "± std", "unit"):
         table.add_column(head, justify="left" if head in ("parameter", "unit") else "right")
-    estimate, known = calibration.estimate, calibration.identifiability
-    names, units = estimate.parameters.names, estimate.parameters.units
-    rows = zip(names, estimate.x, estimate.std, units, known.open_share, strict=True)
-    for name, value, std, unit, share in rows:
-        scale, shown = SHOWN[unit]
-        bar = f"{scale * std:.3f}" if share < DETERMINED else "not determined"
-        table.add_row(name, f"{scale * value:+.3f}", bar, shown)
+    for entry in parameters:
+        scale, shown = SHOWN[entry["unit"]]
+        std = entry["std"]
+        bar = "not determined" if std is None else f"{scale * std:.3f}"
+        table.add_row(escape(entry["name"]), f"{scale * entry['value']:+.3f}", bar, shown)
     return table
+
+
+def _number(value: float | None, decimals: int) -> str:
+    return "-" if value is None else f"{value:.{decimals}f}"

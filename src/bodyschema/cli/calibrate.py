@@ -1,12 +1,13 @@
-"""`bodyschema calibrate`: recording + robot -> corrected URDF and calibration.yaml."""
+"""`bodyschema calibrate`: recording + robot -> corrected URDF, calibration.yaml, report.html."""
 
 from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, replace
+import shlex
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
@@ -18,7 +19,13 @@ from bodyschema.cli.run_file import (
     SenseEntry,
     read_run_file,
 )
-from bodyschema.errors import InputError
+from bodyschema.errors import InputError, MissingExtraError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bodyschema.cli.loading import Loaded
+    from bodyschema.learning.calibration import Calibration
 
 Group = Literal["offsets", "gears", "axes", "links"]
 
@@ -68,13 +75,35 @@ class Calibrate:
         from rich.console import Console
 
         from bodyschema.cli.answer import as_json, print_answer
-        from bodyschema.cli.loading import load
+        from bodyschema.export.calibration_yaml import calibration_document
         from bodyschema.export.result_folder import check_place, write_result
-        from bodyschema.learning.calibration import calibrate
 
         run = self.resolved()
         check_place(self.out, self.overwrite)
-        notes = Console(stderr=True)
+        loaded, calibration, report = self._work(run, Console(stderr=True))
+        answer = as_json(calibration)
+        refused = self._refuses(calibration)
+        if not refused:
+            nominal, source = loaded.nominal, Path(run.robot)
+            write_result(
+                calibration, nominal, source, self.out, asdict(run), self.overwrite, report
+            )
+            answer["folder"] = str(self.out)
+            answer["urdf"] = str(self.out / "robot.urdf")
+        if self.json:
+            print(json.dumps(_finite(answer)))
+        else:
+            console = Console()
+            print_answer(console, calibration_document(calibration))
+            text = self._farewell(refused, bool(report))
+            console.print(text, highlight=False, soft_wrap=True)
+        return 1 if refused else 0
+
+    def _work(self, run: RunFile, notes: Console) -> tuple[Loaded, Calibration, dict[str, bytes]]:
+        """Load, calibrate and draw the report, telling what is being done."""
+        from bodyschema.cli.loading import load
+        from bodyschema.learning.calibration import calibrate
+
         with notes.status("reading") as status:
             loaded = load(run)
             calibration = calibrate(
@@ -87,27 +116,42 @@ class Calibrate:
                 seed=run.seed,
                 progress=status.update,
             )
-        answer = as_json(calibration)
-        refused = calibration.verdict == "refused" and not self.force
-        if not refused:
-            source = Path(run.robot)
-            write_result(calibration, loaded.nominal, source, self.out, asdict(run), self.overwrite)
-            answer["folder"] = str(self.out)
-            answer["urdf"] = str(self.out / "robot.urdf")
-        if self.json:
-            print(json.dumps(_finite(answer)))
-        else:
-            console = Console()
-            print_answer(console, calibration)
-            console.print(self._farewell(refused), highlight=False, soft_wrap=True)
-        return 1 if refused else 0
+            if self._refuses(calibration):
+                return loaded, calibration, {}
+            status.update("report")
+            try:
+                return loaded, calibration, self._report(run, loaded, calibration)
+            except MissingExtraError as missing:
+                notes.print(str(missing), highlight=False, markup=False, soft_wrap=True)
+                return loaded, calibration, {}
+
+    def _report(self, run: RunFile, loaded: Loaded, calibration: Calibration) -> dict[str, bytes]:
+        """report.html and its content."""
+        from bodyschema.export.result_folder import run_record
+        from bodyschema.report.report import report_html
+
+        record = {**run_record(Path(run.robot), asdict(run)), "command": self.command()}
+        page = report_html(calibration, loaded.nominal, loaded.senses, record)
+        return {"report.html": page.encode()}
+
+    def _refuses(self, calibration: Calibration) -> bool:
+        return calibration.verdict == "refused" and not self.force
+
+    def command(self) -> str:
+        """The command line that asks for this result, wherever it goes and whatever is printed."""
+        words = ["bodyschema", "calibrate"]
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if value == entry.default or entry.name in ("out", "overwrite", "json"):
+                continue
+            flag = [] if entry.name == "run_file" else [f"--{entry.name.replace('_', '-')}"]
+            values = value if isinstance(value, tuple) else (value,)
+            words += flag if value is True else [*flag, *map(str, values)]
+        return shlex.join(words)
 
     def resolved(self) -> RunFile:
         """The run file, with the flags laid over it."""
-        if self.run_file is not None:
-            run = read_run_file(self.run_file)
-        else:
-            run = self._from_flags()
+        run = self._from_flags() if self.run_file is None else read_run_file(self.run_file)
         free = FreeEntry(self.free or run.free.groups, self.joints or run.free.joints)
         return replace(run, free=free)
 
@@ -147,12 +191,13 @@ class Calibrate:
             senses=(sense,),
         )
 
-    def _farewell(self, refused: bool) -> str:
+    def _farewell(self, refused: bool, reported: bool) -> str:
         if refused:
             return "\nNothing was written. Free less with --free, or insist with --force."
+        report = f"Report:          [bold]{self.out / 'report.html'}[/]\n" if reported else ""
         return (
             f"\nCorrected robot: [bold]{self.out / 'robot.urdf'}[/]   "
-            f"all numbers: {self.out / 'calibration.yaml'}\n"
+            f"all numbers: {self.out / 'calibration.yaml'}\n{report}"
             f"Next: bodyschema export {self.out} --robot other.urdf --out corrected.urdf"
         )
 

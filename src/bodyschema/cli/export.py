@@ -46,9 +46,8 @@ class Export:
         parameters = free_joints(body)
         unknown = [name for name in corrections if name not in parameters.names]
         if unknown:
-            raise InputError(
-                f"'{self.robot.name}' has no {unknown[0]}{did_you_mean(unknown[0], parameters.names)}"
-            )
+            hint = did_you_mean(unknown[0], parameters.names)
+            raise InputError(f"'{self.robot.name}' has no {unknown[0]}{hint}")
         corrected = body.with_parameters(
             parameters, [corrections.get(n, 0.0) for n in parameters.names]
         )

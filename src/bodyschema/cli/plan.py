@@ -54,6 +54,8 @@ class PlanPoses:
     """Frame whose error counts; what was seen when absent."""
     seen_from: str = ""
     """Frame in which it counts; what it was seen from when absent."""
+    robot: Path | None = None
+    """URDF with meshes, for self-collision; the one that was calibrated when absent."""
     free: tuple[Group, ...] | None = None
     """Joint parameters that may be wrong; those that were corrected when absent."""
     anywhere: bool = False
@@ -81,7 +83,7 @@ class PlanPoses:
 
         self._check()
         stored = read_result(self.result)
-        recalled = recall(stored.run, stored.body)
+        recalled = recall(stored.run, stored.body, self.robot)
         estimate, notes = self._belief(stored.estimate, recalled)
         body, senses = estimate.body, recalled.senses
         pairs = self._pairs(body, senses)
@@ -150,8 +152,11 @@ class PlanPoses:
         except MissingExtraError as error:
             return None, f"Self-collision was not checked: {error}"
         if test is None:
-            return None, "Self-collision was not checked: no shape of the robot could be read."
-        lost = f", without {len(test.unread)} unreadable meshes" if test.unread else ""
+            return None, (
+                "Self-collision was not checked: no mesh of the robot was found; "
+                "name a URDF beside its meshes with --robot."
+            )
+        lost = f", without {len(test.unread)} meshes that were not found" if test.unread else ""
         return test.free, (
             f"Self-collision was checked by the convex hulls of {len(test.hulls)} shapes, "
             f"{len(test.pairs)} pairs{lost}."

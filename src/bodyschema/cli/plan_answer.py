@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from bodyschema.acting.next_poses import Plan
@@ -64,9 +65,9 @@ def print_plan(console: Console, plan: Plan, body: Body, order: Ints, notes: Seq
         highlight=False,
     )
     console.print(_directions(plan) + "\n", highlight=False)
-    console.print(_table(plan, body, order))
+    console.print(_table(plan, body, order, console.width))
     for note in notes:
-        console.print(f"  - {note}", highlight=False)
+        console.print(f"  - {escape(note)}", highlight=False)
 
 
 def _directions(plan: Plan) -> str:
@@ -83,11 +84,15 @@ def _directions(plan: Plan) -> str:
     return f"{first} of {n} directions were determined, {closed}{never}."
 
 
-def _table(plan: Plan, body: Body, order: Ints) -> Table:
+def _table(plan: Plan, body: Body, order: Ints, width: int) -> Table:
     """Poses, the most telling first, with their rows in the file."""
     opens = plan.rank[-1] > plan.rank[0]
-    heads = ["", "row", *_short(plan.joints), "error mm", *(["known"] if opens else [])]
-    table = Table(title="The most telling first; angles in deg", title_justify="left")
+    names = _short(plan.joints)
+    if sum(max(len(name), 4) + 3 for name in names) > width - 30:
+        names = [str(i + 1) for i in range(len(names))]
+    heads = ["", "row", *names, "error mm", *(["known"] if opens else [])]
+    title = "The most telling first; row and columns of the file, angles in deg"
+    table = Table(title=title, title_justify="left")
     for head in heads:
         table.add_column(head, justify="right", overflow="fold")
     columns = [body.joint_index(joint) for joint in plan.joints]

@@ -30,12 +30,13 @@ class Recalled:
     """Sentences on what is gone."""
 
 
-def recall(document: Mapping[str, Any], body: Body) -> Recalled:
+def recall(document: Mapping[str, Any], body: Body, robot: Path | None = None) -> Recalled:
     """Read the robot description and the recording of a stored run again.
 
     Args:
         document: run.json.
         body: the stored body, whose frames and joints the recording must fit.
+        robot: description with the shapes; that of the run when None.
 
     Raises:
         InputError: the run does not say what was seen.
@@ -47,8 +48,10 @@ def recall(document: Mapping[str, Any], body: Body) -> Recalled:
         raise InputError("run.json does not say what was seen; calibrate from a run file.")
     visuals: tuple[Visual, ...] = ()
     notes: list[str] = []
+    if robot is not None and not robot.is_file():
+        raise InputError(f"no robot description at '{robot}'; give the path of a URDF file.")
     try:
-        visuals = read_robot(Path(run.robot), run.packages).visuals
+        visuals = read_robot(robot or Path(run.robot), run.packages).visuals
     except BodyschemaError as error:
         notes.append(f"The robot description was not read again: {error}")
     try:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import yaml
-
 from bodyschema.errors import InputError
+from bodyschema.export.calibration_yaml import read_document
+from bodyschema.export.static_transforms import PREFIX
 
 
 def read_corrections(result: Path) -> dict[str, float]:
@@ -18,23 +18,17 @@ def read_corrections(result: Path) -> dict[str, float]:
     Raises:
         InputError: there is no calibration, it is something else, or it was refused.
     """
-    path = result / "calibration.yaml" if result.is_dir() else result
-    if not path.is_file():
-        raise InputError(
-            f"no calibration.yaml in '{result}'; name the folder that calibrate wrote."
-        )
+    document = read_document(result)
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-        verdict, parameters = document["verdict"], document["parameters"]
         corrections = {
             str(entry["name"]): float(entry["value"])
-            for entry in parameters
-            if not str(entry["group"]).startswith("frame:")
+            for entry in document["parameters"]
+            if not str(entry["group"]).startswith(PREFIX)
         }
-    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise InputError(
-            f"'{path}' is no calibration ({type(error).__name__}); calibrate again."
+            f"'{result}' is no calibration ({type(error).__name__}); calibrate again."
         ) from None
-    if verdict == "refused":
-        raise InputError(f"the calibration in '{path}' was refused; there is nothing to export.")
+    if document["verdict"] == "refused":
+        raise InputError(f"the calibration in '{result}' was refused; there is nothing to export.")
     return corrections

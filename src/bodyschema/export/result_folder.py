@@ -110,7 +110,7 @@ def result_files(
     body = body_to_write(calibration, nominal)
     robot = write_urdf(body) if text is None else patch_urdf(text, urdf_edits(nominal, body))
     texts = {
-        "calibration.yaml": calibration_text(calibration, notes_on(calibration, nominal, body)),
+        "calibration.yaml": calibration_text(calibration, _notes(calibration, nominal, body)),
         "kinematics.yaml": kinematics_text(body),
         "estimate.json": estimate_text(calibration),
     }
@@ -131,7 +131,7 @@ def body_to_write(calibration: Calibration, nominal: Body) -> Body:
     return body
 
 
-def notes_on(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
+def _notes(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
     """Sentences on what was written and what was not."""
     notes = []
     if calibration.verdict == "refused":

@@ -18,12 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.tree import Body
+from bodyschema.learning.agreement import within_prediction
 from bodyschema.learning.batch import Fit
 from bodyschema.learning.clock import ClockCheck, check_clock
 from bodyschema.learning.discrepancy import Discrepancy, learn_discrepancy
 from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.held_out import Errors, HeldOut, folds_of, held_out, outlier_free, sizes
-from bodyschema.learning.identifiability import Identifiability, identifiability
+from bodyschema.learning.identifiability import (
+    Identifiability,
+    identifiability,
+    random_postures,
+)
+from bodyschema.learning.prediction import PredictedError, degrees_of_freedom, predict_error
 from bodyschema.learning.problem import Knowledge, Problem, check_problem, moved_joints
 from bodyschema.senses.observations import Observations
 
@@ -37,6 +43,9 @@ MODELS: tuple[tuple[str, ...], ...] = (
     ("offsets", "axes", "links"),
 )
 """Parameter groups tried when the user names none, simple ones first."""
+
+ANYWHERE = 200
+"""Postures that stand for a workspace."""
 
 CONVINCING = 2.0
 """Standard errors by which a larger model must be better to be preferred to a smaller one."""
@@ -88,6 +97,12 @@ class Calibration:
     """The same for the corrected body alone, held out."""
     fields: Mapping[str, Discrepancy]
     """The residual field of each sense, by its label."""
+    predicted: tuple[PredictedError, ...]
+    """Predicted 95 % error of what each sense looks at, over the postures that were seen."""
+    predicted_anywhere: tuple[PredictedError, ...]
+    """The same over postures anywhere within the joint limits."""
+    agreement: float
+    """Share of the held-out samples within what was predicted of them at 95 %, noise included."""
     identifiability: Identifiability
     outliers: tuple[int, ...]
     """Row numbers."""
@@ -156,6 +171,7 @@ def calibrate(
     corrected = _accuracy(senses, final.residuals, good)
     progress("fit to all samples")
     fit = fullest if chosen == models[-1] else problem.fit(problem.parameters(chosen), senses)
+    anywhere = random_postures(body, ANYWHERE, np.random.default_rng(seed))
     verdict, explanation = _verdict(chosen, nominal, candidates[0].accuracy, corrected)
     return Calibration(
         verdict=verdict,
@@ -172,12 +188,37 @@ def calibrate(
             sense.label: learn_discrepancy(fit.estimate.body, sense, mask)
             for sense, mask in zip(senses, good, strict=True)
         },
+        predicted=tuple(_predicted(fit, senses, s, _some(s.q)) for s in senses),
+        predicted_anywhere=tuple(_predicted(fit, senses, s, anywhere) for s in senses),
+        agreement=_agreement(fit, senses, final.residuals, problem.learner.freedom),
         identifiability=identifiability(fit, senses, seed),
         outliers=tuple(sorted(outliers)),
         clock=check_clock(fullest, senses, seed),
         n_rows=len(final.scores),
         seconds=time.perf_counter() - begin,
     )
+
+
+def _predicted(
+    fit: Fit, senses: Sequence[Observations], sense: Observations, q: Array
+) -> PredictedError:
+    freedom = degrees_of_freedom(fit, senses)
+    return predict_error(fit.estimate, q, sense.seen_from, sense.seen, freedom)
+
+
+def _some(q: Array) -> Array:
+    """At most ANYWHERE postures, evenly spaced."""
+    return np.asarray(q[np.linspace(0, len(q) - 1, min(len(q), ANYWHERE)).astype(int)])
+
+
+def _agreement(
+    fit: Fit, senses: Sequence[Observations], residuals: Sequence[Array], freedom: float
+) -> float:
+    inside = [
+        within_prediction(fit.estimate, sense, level, residual, freedom)["position"]
+        for sense, level, residual in zip(senses, fit.levels, residuals, strict=True)
+    ]
+    return float(np.mean(np.concatenate(inside)))
 
 
 def describe_groups(groups: Sequence[str]) -> str:

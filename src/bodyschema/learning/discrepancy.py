@@ -13,6 +13,7 @@ postures that were seen and fades to zero far from them; it cannot be written in
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,9 @@ Array = NDArray[np.float64]
 
 MOST_SAMPLES = 400
 """Evenly spaced samples that a field is fitted to; the cost grows with their cube."""
+
+SMALLEST_SIZE = 1e-12
+"""m or rad: exact (simulated) samples must not divide by zero."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ class Discrepancy(Field):
     coefficients: Array
     """(n, dimension) K^-1 r."""
     gain: float
-    """Log marginal likelihood gained over white noise of the same total size."""
+    """Log marginal likelihood gained over white noise; without enough of it there is no field."""
 
     def predict(self, q: Array) -> Array:
         """Expected residual (seen minus predicted) at postures (m, n_joints) -> (m, dimension)."""
@@ -71,38 +75,44 @@ def learn_discrepancy(body: Body, sense: Observations, good: NDArray[np.bool_]) 
     kept = sense.take(rows)
     residual = kept.residual(body)
     parts = [residual[:, part] for _, _, part in sense.components]
-    sizes = np.array([np.sqrt(np.mean(part**2)) for part in parts])
+    sizes = np.array([max(np.sqrt(np.mean(part**2)), SMALLEST_SIZE) for part in parts])
+
+    theta, gain = _most_likely(
+        kept.q, [part / size for part, size in zip(parts, sizes, strict=True)]
+    )
+    # A field has to pay for its parameters (Schwarz 1978), or there is none.
+    found = gain > 0.5 * (1 + len(parts)) * np.log(max(residual.size, 2))
+    amplitude, noise = sizes * np.exp(theta[1::2]), sizes * np.exp(theta[2::2])
+    coefficients = np.zeros_like(residual)
+    if found:
+        kernel = matern(kept.q, kept.q, float(np.exp(theta[0])))
+        for (_, _, part), a, n in zip(sense.components, amplitude, noise, strict=True):
+            K = kernel + (n / a) ** 2 * np.eye(len(kept))
+            coefficients[:, part] = cho_solve(cho_factor(K), residual[:, part])
+    return Discrepancy(
+        length=float(np.exp(theta[0])),
+        amplitude=tuple(float(a) if found else 0.0 for a in amplitude),
+        noise=tuple(float(n) for n in (noise if found else sizes)),
+        q=kept.q,
+        coefficients=coefficients,
+        gain=gain,
+    )
+
+
+def _most_likely(q: Array, parts: Sequence[Array]) -> tuple[Array, float]:
+    """Logarithms of l, then A and N of each part (scaled to size 1), and the likelihood gained."""
 
     def objective(theta: Array) -> float:
-        kernel = matern(kept.q, kept.q, np.exp(theta[0]))
-        return float(
-            sum(
-                _nll(part / size, kernel, a, n)
-                for part, size, a, n in zip(parts, sizes, theta[1::2], theta[2::2], strict=True)
-            )
-        )
+        kernel = matern(q, q, np.exp(theta[0]))
+        pairs = zip(parts, theta[1::2], theta[2::2], strict=True)
+        return float(sum(_nll(part, kernel, a, n) for part, a, n in pairs))
 
     start = np.array([0.0, *np.tile(np.log(np.sqrt(0.5)), 2 * len(parts))])
     bounds = [(-3.0, 2.5), *[(-5.0, 2.0)] * (2 * len(parts))]
-    found = minimize(objective, start, method="L-BFGS-B", bounds=bounds)
-    length = float(np.exp(found.x[0]))
-    amplitude, noise = sizes * np.exp(found.x[1::2]), sizes * np.exp(found.x[2::2])
-    kernel = matern(kept.q, kept.q, length)
-    coefficients = np.empty_like(residual)
-    for (_, _, part), a, n in zip(sense.components, amplitude, noise, strict=True):
-        K = kernel + (n / a) ** 2 * np.eye(len(kept))
-        coefficients[:, part] = cho_solve(cho_factor(K), residual[:, part])
-    white = sum(
-        _nll(part / size, 0 * kernel, 0.0, 0.0) for part, size in zip(parts, sizes, strict=True)
-    )
-    return Discrepancy(
-        length=length,
-        amplitude=tuple(map(float, amplitude)),
-        noise=tuple(map(float, noise)),
-        q=kept.q,
-        coefficients=coefficients,
-        gain=float(white - found.fun),
-    )
+    best = minimize(objective, start, method="L-BFGS-B", bounds=bounds)
+    none = np.zeros((len(q), len(q)))
+    white = sum(_nll(part, none, 0.0, 0.0) for part in parts)
+    return np.asarray(best.x), float(white - best.fun)
 
 
 def matern(q: Array, other: Array, length: float) -> Array:

@@ -94,7 +94,7 @@ def held_out(
                 continue
             residual = test.residual(body)
             residuals[i][mask] = corrected[i][mask] = residual
-            if field:
+            if field and good[i].any():
                 learned = learn_discrepancy(body, training[i], good[i])
                 corrected[i][mask] -= learned.predict(test.q)
             surprise = _surprise(residual, test, found.levels[i], learner.freedom)

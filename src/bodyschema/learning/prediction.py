@@ -25,7 +25,10 @@ from scipy.optimize import brentq
 from scipy.stats import f as f_distribution
 
 from bodyschema.body.kinematics import relative_pose_derivatives
+from bodyschema.learning.batch import Fit
 from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.identifiability import SAYS_LITTLE
+from bodyschema.senses.observations import Observations
 
 Array = NDArray[np.float64]
 
@@ -75,6 +78,14 @@ def predict_error(
     ]
     overall = [length_quantile(list(part), freedom, probability) for part in parts]
     return PredictedError(seen_from, seen, bounds[0], bounds[1], overall[0], overall[1])
+
+
+def degrees_of_freedom(fit: Fit, senses: Sequence[Observations]) -> float:
+    """Numbers behind the noise levels of a fit: those seen less the directions determined."""
+    numbers = sum(len(sense) * len(sense.covariance) for sense in senses)
+    scale = fit.estimate.parameters.scale
+    told = np.linalg.eigvalsh(scale[:, None] * fit.estimate.data_information * scale)
+    return float(max(numbers - int(np.sum(told >= SAYS_LITTLE)), 1))
 
 
 def length_quantile(covariances: Sequence[Array], freedom: float, probability: float) -> float:

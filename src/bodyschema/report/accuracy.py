@@ -10,7 +10,7 @@ from bodyschema.learning import calibration as answer
 from bodyschema.learning.held_out import Errors
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
-from bodyschema.report.units import shown, significant
+from bodyschema.report.units import ABSENT, millimetres, shown, significant
 
 
 @dataclass(frozen=True)
@@ -38,24 +38,28 @@ class Accuracy:
 
     def _senses(self) -> list[tuple[str, tuple[str, ...]]]:
         """A row for each component of each sense."""
-        evidence, listed = self.evidence, []
+        evidence = self.evidence
+        listed: list[tuple[str, tuple[str, ...]]] = []
         for i, (sense, predicted) in enumerate(
-            zip(evidence.senses, evidence.predictions, strict=True)
+            zip(evidence.senses, evidence.calibration.predicted, strict=True)
         ):
             good, levels = evidence.good[i], evidence.calibration.fit.levels[i]
-            bounds = {"position": predicted.position_overall, "rotation": predicted.rotation_overall}
+            bounds = {
+                "position": predicted.position_overall,
+                "rotation": predicted.rotation_overall,
+            }
             for (name, unit, part), level in zip(sense.components, levels, strict=True):
                 before, after = (Errors.of(e[good]) for e in evidence.errors(name)[i])
                 noise = level * float(np.sqrt(np.mean(np.diag(sense.covariance)[part])))
                 listed.append(
                     (
-                        f"{sense.label}: {name}",
+                        evidence.label(sense, name),
                         (
                             shown(before.rms, unit),
                             shown(after.rms, unit),
                             shown(noise, unit),
                             shown(bounds.get(name), unit, 2),
-                            f"{100 * evidence.within[i][name]:.0f} %",
+                            _percent(evidence.within[i].get(name)),
                         ),
                     )
                 )
@@ -73,7 +77,11 @@ class Accuracy:
 
 def _cells(accuracy: answer.Accuracy) -> tuple[str, ...]:
     position, rotation = accuracy.position, accuracy.rotation
-    cells = [significant(1e3 * v) for v in (position.rms, position.median, position.max)]
+    cells = [millimetres(v) for v in (position.rms, position.median, position.max)]
     if rotation is not None:
         cells += [significant(np.degrees(v)) for v in (rotation.rms, rotation.max)]
     return tuple(cells)
+
+
+def _percent(share: float | None) -> str:
+    return ABSENT if share is None else f"{100 * share:.0f} %"

@@ -14,13 +14,14 @@ from bodyschema.report.evidence import Evidence
 from bodyschema.report.figure import AFTER, BEFORE, INK, svg
 from bodyschema.report.page import render
 from bodyschema.report.residuals import WIDTH
+from bodyschema.report.units import listed
 
 Array = NDArray[np.float64]
 
 MOST_SHOWN = 60
 """Parameters of a heat map; more could not be read."""
 STRONG = 0.95
-MOST_PAIRS = 8
+MOST_NAMED = 12
 
 
 @dataclass(frozen=True)
@@ -34,11 +35,10 @@ class Ambiguity:
         """See `Section`."""
         known = self.evidence.calibration.identifiability
         names, matrix = self._correlations()
-        pairs = _strongest(names, matrix)
         return render(
             "ambiguity.html",
             correlations=_heat_map(names, matrix) if len(names) > 1 else "",
-            pairs=pairs,
+            clusters=_clusters(names, matrix),
             strong=STRONG,
             directions=known.directions,
             picture=self._null_space() if known.directions else "",
@@ -68,16 +68,19 @@ class Ambiguity:
             for k, direction in enumerate(directions):
                 places = [names.index(name) for name in direction.members if name in names]
                 colour = INK if direction.inherent else BEFORE
-                axes.plot([min(places, default=0), max(places, default=0)], [k, k], color=colour, lw=1.2)
+                axes.plot(
+                    [min(places, default=0), max(places, default=0)], [k, k], color=colour, lw=1.2
+                )
                 axes.plot(places, [k] * len(places), "s", ms=9, mfc=colour, mec="white")
             axes.set(xlim=(-0.7, len(names) - 0.3), ylim=(len(directions) - 0.4, -0.6))
             axes.set_yticks(range(len(directions)), range(1, len(directions) + 1))
-            axes.set_ylabel("open direction")
             _name_axis(axes.xaxis, names)
 
         width = min(WIDTH, 130 + 60 + 26 * len(names))
         height = 130 + 18 * len(directions)
-        return svg("null-space", "Parameters in each direction that is open", (width, height), paint)
+        return svg(
+            "null-space", "Parameters in each direction that is open", (width, height), paint
+        )
 
 
 def _name_axis(axis: Any, names: list[str]) -> None:
@@ -104,12 +107,11 @@ def _heat_map(names: list[str], matrix: Array) -> str:
     return svg("correlations", "Correlations of the joint parameters", (side + 70, side), paint)
 
 
-def _strongest(names: list[str], matrix: Array) -> list[tuple[str, str, str]]:
-    """Pairs that are nearly one, the most alike first."""
-    rows, columns = np.triu_indices(len(names), 1)
-    order = np.argsort(-np.abs(matrix[rows, columns]), kind="stable")[:MOST_PAIRS]
-    return [
-        (names[rows[k]], names[columns[k]], f"{matrix[rows[k], columns[k]]:+.2f}")
-        for k in order
-        if abs(matrix[rows[k], columns[k]]) > STRONG
-    ]
+def _clusters(names: list[str], matrix: Array) -> list[str]:
+    """Parameters that are nearly one, together."""
+    found: list[list[int]] = []
+    for k in range(len(names)):
+        joined = [c for c in found if any(abs(matrix[k, other]) > STRONG for other in c)]
+        together = sorted([k, *(other for c in joined for other in c)])
+        found = [c for c in found if c not in joined] + [together]
+    return [listed([names[k] for k in c], MOST_NAMED) for c in sorted(found) if len(c) > 1]

@@ -6,9 +6,9 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-from bodyschema.export.result_folder import TABLES, body_to_write, notes_on
+from bodyschema.export.result_folder import TABLES, body_to_write
 from bodyschema.export.static_transforms import transforms_document
-from bodyschema.export.urdf_edits import urdf_edits
+from bodyschema.export.urdf_edits import unwritable, urdf_edits
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 
@@ -28,7 +28,7 @@ class Application:
         return render(
             "application.html",
             refused=calibration.verdict == "refused",
-            notes=notes_on(calibration, nominal, body),
+            notes=unwritable(nominal, body),
             edits=sorted(urdf_edits(nominal, body)),
             source=source,
             diff=shlex.join(["diff", source, "robot.urdf"]),

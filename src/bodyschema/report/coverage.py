@@ -62,9 +62,7 @@ class Coverage:
         quantiles = scale * np.quantile(readings, [0, 0.25, 0.5, 0.75, 1])
         limited = bool(np.isfinite(body.lower[j]) and np.isfinite(body.upper[j]))
         reach = 180.0 if unit == "deg" else 500.0
-        low, high = (
-            (scale * body.lower[j], scale * body.upper[j]) if limited else (-reach, reach)
-        )
+        low, high = (scale * body.lower[j], scale * body.upper[j]) if limited else (-reach, reach)
         return Span(joint, unit, float(low), float(high), limited, quantiles)
 
     def _chart(self, unit: str, spans: list[Span]) -> str:
@@ -86,7 +84,7 @@ def _draw_span(axes: Any, k: int, span: Span) -> None:
     axes.plot([span.low, span.high], [k, k], color="#b9b5ac", lw=1.5, ls=style)
     if span.limited:
         axes.plot([span.low, span.high], [k, k], "|", color="#767676", ms=14)
-    axes.plot([least, most], [k, k], color=AFTER, lw=5, alpha=0.4, solid_capstyle="butt")
+    axes.plot([least, most], [k, k], color="#9ed2cd", lw=6, solid_capstyle="butt")
     axes.plot([q1, q3], [k, k], color=AFTER, lw=11, solid_capstyle="butt")
     axes.plot([middle], [k], "|", color=INK, ms=13, mew=2)
     text = f"{100 * span.share:.0f} %" if span.limited else f"{most - least:.0f} {span.unit}"

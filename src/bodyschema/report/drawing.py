@@ -78,7 +78,8 @@ class Drawing:
         estimate = self.evidence.calibration.estimate
         frames = self._chain()
         before, after = (
-            frame_poses(body, q)[list(frames), :3, 3] for body in (estimate.reference, estimate.body)
+            frame_poses(body, q)[list(frames), :3, 3]
+            for body in (estimate.reference, estimate.body)
         )
         moved = np.linalg.norm(after - before, axis=1)
         size = float(np.ptp(before, axis=0).max())
@@ -102,9 +103,13 @@ class Drawing:
         panes = figure.subplots(1, 2)
         shown_after = pose.before + pose.factor * (pose.after - pose.before)
         for axes, (name, across, up, words) in zip(panes, VIEWS, strict=True):
-            for points, colour, word in ((pose.before, BEFORE, "before"), (shown_after, AFTER, "after")):
+            for points, colour, word in (
+                (pose.before, BEFORE, "before"),
+                (shown_after, AFTER, "after"),
+            ):
                 self._draw_body(axes, pose.frames, points[:, [across, up]], colour, word)
-            self._name_ends(axes, pose.frames, pose.before[:, [across, up]])
+            both = np.stack([pose.before, shown_after])[..., [across, up]]
+            self._name_ends(axes, pose.frames, both)
             plain(axes)
             axes.set_aspect("equal", adjustable="datalim")
             axes.margins(0.12)
@@ -127,16 +132,26 @@ class Drawing:
         axes.plot(*p[ends].T, "s", ms=5.5, mfc=c, mec="none")
         axes.plot([], [], color=c, lw=3.5, label=word)
 
-    def _name_ends(self, axes: Any, frames: tuple[int, ...], p: Array) -> None:
-        """Names of the frames that look, are looked at, and the root; one where several meet."""
+    def _name_ends(self, axes: Any, frames: tuple[int, ...], both: Array) -> None:
+        """Names of the frames that look, are looked at, and the root; one where several meet.
+
+        A name stands outside, beside the outer one of the two bodies (2, n, 2).
+        """
         body = self.evidence.calibration.body
-        size, written = float(np.ptp(p, axis=0).max()), []
+        size, middle = float(np.ptp(both[0], axis=0).max()), np.mean(both[..., 0])
+        style: dict[str, Any] = {"textcoords": "offset points", "color": INK, "fontsize": 11}
+        style["va"] = "center"
+        style["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.5}
+        written: list[Array] = []
         for name in (body.frames[0], *self._ends()):
-            place = p[frames.index(body.frame_index(name))]
+            ends = both[:, frames.index(body.frame_index(name))]
+            place = np.mean(ends, axis=0)
             if all(np.linalg.norm(place - other) > 0.13 * size for other in written):
                 written.append(place)
-                axes.annotate(name, place, xytext=(9, -4), textcoords="offset points", color=INK,
-                              fontsize=11)  # fmt: skip
+                side = -1 if place[0] < middle else 1
+                outer = ends[np.argmax(side * ends[:, 0])]
+                align = "right" if side < 0 else "left"
+                axes.annotate(name, outer, xytext=(9 * side, 0), ha=align, **style)
 
     def _ends(self) -> list[str]:
         senses = self.evidence.senses
@@ -147,6 +162,8 @@ def _draw_scale(axes: Any, size: float) -> None:
     """A bar of a round length in the lower left corner."""
     length = 10.0 ** np.floor(np.log10(max(size, 1e-3) / 2))
     low, high = axes.get_xlim(), axes.get_ylim()
-    axes.plot([low[0], low[0] + length], [high[0], high[0]], color=GREY, lw=2, solid_capstyle="butt")
+    axes.plot(
+        [low[0], low[0] + length], [high[0], high[0]], color=GREY, lw=2, solid_capstyle="butt"
+    )
     axes.annotate(f"{1e3 * length:g} mm", (low[0], high[0]), xytext=(0, 5), color=GREY, fontsize=10,
                   textcoords="offset points")  # fmt: skip

@@ -15,18 +15,11 @@ from bodyschema.learning.agreement import within_prediction
 from bodyschema.learning.batch import LevenbergMarquardt
 from bodyschema.learning.calibration import Calibration
 from bodyschema.learning.held_out import sizes
-from bodyschema.learning.prediction import PredictedError, predict_error
 from bodyschema.learning.problem import moved_joints
 from bodyschema.senses.observations import Observations
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-
-MOST_POSTURES = 200
-"""Evenly spaced postures that an error is predicted for."""
-
-BOUND = 0.95
-"""Probability of the bounds that the report states."""
 
 AGREES = 0.9
 """Share of held-out errors within their 95 % bounds from which the prediction is believed."""
@@ -50,11 +43,12 @@ class Evidence:
 
     @cached_property
     def good(self) -> tuple[Bools, ...]:
-        """(n,) a sense: the samples whose rows are no outliers."""
-        return tuple(~np.isin(sense.rows, self.calibration.outliers) for sense in self.senses)
+        """(n,) a sense: the samples whose rows are no outliers; all where there are no others."""
+        bad = [np.isin(sense.rows, self.calibration.outliers) for sense in self.senses]
+        return tuple(~mask | mask.all() for mask in bad)
 
     def errors(self, component: str) -> list[tuple[Array, Array]]:
-        """Lengths of one component before and after, (n,) each, a sense; empty where it has none."""
+        """Lengths of one component before and after, (n,) each, sense by sense; empty without."""
         before, after = self.calibration.nominal_residuals, self.calibration.residuals
         return [
             (sizes(sense, old, component), sizes(sense, new, component))
@@ -62,38 +56,35 @@ class Evidence:
         ]
 
     @cached_property
-    def predictions(self) -> tuple[PredictedError, ...]:
-        """Predicted error of what each sense looks at, over the postures that were seen."""
-        numbers = sum(len(sense) * len(sense.covariance) for sense in self.senses)
-        freedom = max(numbers - self.calibration.identifiability.rank, 1)
-        estimate = self.calibration.estimate
-        return tuple(
-            predict_error(
-                estimate, spread(sense.q), sense.seen_from, sense.seen, freedom, BOUND
-            )
-            for sense in self.senses
-        )
-
-    @cached_property
     def within(self) -> tuple[dict[str, float], ...]:
-        """Share of each sense's held-out errors within their bounds, by component."""
+        """Share of each sense's held-out errors within their 95 % bounds, noise included.
+
+        By component; the rows that are no outliers.
+        """
         fit, nu = self.calibration.fit, LevenbergMarquardt().freedom
         found = []
         for i, sense in enumerate(self.senses):
-            inside = within_prediction(
-                fit.estimate, sense, fit.levels[i], self.calibration.residuals[i], nu, BOUND
-            )
-            good = self.good[i]
-            found.append({k: float(v[good].mean()) if good.any() else 1.0 for k, v in inside.items()})
+            residual, good = self.calibration.residuals[i], self.good[i]
+            inside = within_prediction(fit.estimate, sense, fit.levels[i], residual, nu)
+            found.append({k: float(v[good].mean()) for k, v in inside.items() if len(good)})
         return tuple(found)
+
+    def label(self, sense: Observations, component: str) -> str:
+        """What was seen, with the component where the sense has several."""
+        return f"{sense.label}: {component}" if len(sense.components) > 1 else sense.label
 
     @property
     def agrees(self) -> bool:
         """Whether the held-out errors are about as small as predicted."""
-        return float(np.mean([share for shares in self.within for share in shares.values()])) >= AGREES
+        return float(np.mean(self.shares or [1.0])) >= AGREES
+
+    @property
+    def shares(self) -> list[float]:
+        """Shares within their bounds, one for each component of each sense."""
+        return [share for shares in self.within for share in shares.values()]
 
 
-def spread(values: Array, most: int = MOST_POSTURES) -> Array:
+def spread(values: Array, most: int) -> Array:
     """Evenly spaced rows of an array, so many at most."""
     rows = np.linspace(0, len(values) - 1, min(len(values), most)).astype(int)
     return np.asarray(values[rows])

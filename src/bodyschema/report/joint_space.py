@@ -56,6 +56,7 @@ class JointSpace:
                 axes.plot(*_medians(x, values), color=colour, lw=2.2)
             axes.set_title(f"{joint}, {unit}", fontsize=11)
             axes.margins(x=0.03)
+            axes.locator_params(axis="x", nbins=4)
         log_scale(panes[0], "mm")
         for axes in panes[len(joints) :]:
             axes.set_visible(False)

@@ -9,7 +9,7 @@ from bodyschema.export.calibration_yaml import OPEN
 from bodyschema.export.static_transforms import PREFIX
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
-from bodyschema.report.units import SHOWN, listed, significant, with_error
+from bodyschema.report.units import SHOWN, listed, signed, significant, with_error
 
 HEADINGS = {
     "offsets": "Joint offsets: the true joint value is its reading plus this",
@@ -18,6 +18,8 @@ HEADINGS = {
     "links": "Links: shifts of the joint in its parent's frame",
 }
 MOST_PARTNERS = 4
+WHOLLY = 0.05
+"""Share of the prior variance in open directions up to which a value is called determined."""
 CLEAR = 2.0
 """Standard deviations from which a correction is told from none."""
 
@@ -31,7 +33,8 @@ class Row:
     std: str
     unit: str
     prior: str
-    determined: bool
+    state: str
+    """"determined", "partly" or "open"."""
     clear: bool
     partners: str
 
@@ -46,7 +49,9 @@ class ParameterTable:
     def render(self) -> str:
         """See `Section`."""
         groups = self.evidence.calibration.estimate.parameters.groups
-        order = sorted(range(len(groups)), key=lambda i: list(dict.fromkeys(groups)).index(groups[i]))
+        order = sorted(
+            range(len(groups)), key=lambda i: list(dict.fromkeys(groups)).index(groups[i])
+        )
         parts = [
             (_heading(group), [self._row(i) for i in members])
             for group, members in groupby(order, key=lambda i: groups[i])
@@ -59,16 +64,17 @@ class ParameterTable:
         parameters = estimate.parameters
         scale, unit = SHOWN[parameters.units[i]]
         value, std = float(scale * estimate.x[i]), float(scale * estimate.std[i])
-        determined = bool(known.open_share[i] <= OPEN)
-        texts = with_error(value, std)
+        share = float(known.open_share[i])
+        determined = share <= OPEN
+        texts = with_error(value, std) if determined else (signed(value, 2), "")
         partners = known.partners(parameters.names[i])
         return Row(
             name=parameters.names[i],
             value=texts[0],
-            std=texts[1] if determined else "",
+            std=texts[1],
             unit=unit,
             prior=significant(float(scale * parameters.prior_std[i]), 2),
-            determined=determined,
+            state="open" if not determined else "partly" if share > WHOLLY else "determined",
             clear=determined and abs(value) > CLEAR * std,
             partners=listed(partners, MOST_PARTNERS),
         )

@@ -39,7 +39,9 @@ def _line(value: object) -> str:
     if not nested:
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, dict):
-        lines = [f"  {key}: {json.dumps(inner, ensure_ascii=False)}" for key, inner in value.items()]
+        lines = [
+            f"  {key}: {json.dumps(inner, ensure_ascii=False)}" for key, inner in value.items()
+        ]
     else:
         lines = [f"  - {json.dumps(inner, ensure_ascii=False)}" for inner in _inner(value)]
     return "\n" + "\n".join(lines)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from bodyschema.report.evidence import Evidence, spread
 from bodyschema.report.figure import AFTER, BEFORE, INK, MOST_DOTS, log_scale, svg
 from bodyschema.report.page import render
-from bodyschema.report.units import SHOWN, significant
+from bodyschema.report.units import SHOWN, with_error
 
 Array = NDArray[np.float64]
 
@@ -30,7 +29,7 @@ class Panel:
 
     title: str
     unit: str
-    rows: Array
+    rows: NDArray[np.int64]
     before: Array
     after: Array
     bad: NDArray[np.bool_]
@@ -69,7 +68,7 @@ class Residuals:
                     np.maximum(e, SMALLEST[unit]) * SHOWN[unit][0] for e in evidence.errors(name)[i]
                 )
                 panels.append(
-                    Panel(f"{sense.label}: {name}", SHOWN[unit][1], sense.rows, before, after,
+                    Panel(evidence.label(sense, name), SHOWN[unit][1], sense.rows, before, after,
                           ~evidence.good[i])
                 )  # fmt: skip
         return [panel for panel in panels if len(panel.rows)]
@@ -117,6 +116,7 @@ def _draw_samples(figure: Any, panels: list[Panel]) -> None:
         axes.plot(rows, panel.before[shown], "o", ms=4.5, mfc="none", mec=BEFORE, label="before")
         axes.plot(rows, panel.after[shown], "o", ms=4.5, mfc=AFTER, mec="none", label="after")
         _ring_outliers(axes, panel)
+        axes.margins(y=0.12)
         log_scale(axes, panel.unit)
         axes.set_title(panel.title)
     panes[-1].set_xlabel("row of the recording")
@@ -128,10 +128,14 @@ def _ring_outliers(axes: Any, panel: Panel) -> None:
     bad = np.flatnonzero(panel.bad)
     if not len(bad):
         return
-    axes.plot(panel.rows[bad], panel.after[bad], "o", ms=10, mfc="none", mec=INK, label="outlier row")
-    for i in bad[np.argsort(-panel.after[bad])][:MOST_NAMED]:
+    axes.plot(
+        panel.rows[bad], panel.after[bad], "o", ms=10, mfc="none", mec=INK, label="outlier row"
+    )
+    # The row may be one for what another sense saw.
+    gross = bad[panel.after[bad] > panel.after[~panel.bad].max(initial=0.0)]
+    for k, i in enumerate(np.sort(gross[np.argsort(-panel.after[gross])][:MOST_NAMED])):
         axes.annotate(
-            f"{panel.rows[i]}", (panel.rows[i], panel.after[i]), xytext=(7, 5),
+            f"{panel.rows[i]}", (panel.rows[i], panel.after[i]), xytext=(7, 4 if k % 2 else -12),
             textcoords="offset points", fontsize=10,
         )  # fmt: skip
 
@@ -141,16 +145,14 @@ def _draw_axes(figure: Any, title: str, unit: str, before: Array, after: Array) 
     axes = figure.subplots()
     axes.axvline(0, color=INK, lw=0.8)
     places = []
-    for k, name in enumerate("xyz"):
+    for k in range(3):
         for shift, values, colour in ((-0.17, before, BEFORE), (0.17, after, AFTER)):
             low, q1, middle, q3, high = np.quantile(values[:, k], [0.05, 0.25, 0.5, 0.75, 0.95])
             axes.plot([low, high], [k + shift] * 2, color=colour, lw=2)
             axes.plot([q1, q3], [k + shift] * 2, color=colour, lw=8, solid_capstyle="butt")
             axes.plot(middle, k + shift, "o", ms=5, mfc="white", mec=INK, mew=1)
-            mean, std = float(np.mean(values[:, k])), float(np.std(values[:, k]))
-            sign = "-" if mean < 0 else "+"
-            places.append((k + shift, f"{sign}{significant(abs(mean), 2)} ± {significant(std, 2)}", colour))
-        axes.axhline(k + 0.5, color="none", label=name)
+            texts = with_error(float(np.mean(values[:, k])), float(np.std(values[:, k])))
+            places.append((k + shift, " ± ".join(texts), colour))
     for height, text, colour in places:
         axes.annotate(text, (1.01, height), xycoords=("axes fraction", "data"), va="center",
                       fontsize=11, color=colour, annotation_clip=False)  # fmt: skip
@@ -159,6 +161,3 @@ def _draw_axes(figure: Any, title: str, unit: str, before: Array, after: Array) 
     axes.set(yticks=range(3), yticklabels=list("xyz"), ylim=(2.45, -0.75), title=title)
     axes.set_xlabel(f"seen minus predicted, {unit}")
     axes.grid(axis="y", visible=False)
-    reach = max(abs(limit) for limit in axes.get_xlim())
-    if math.isfinite(reach):
-        axes.set_xlim(-reach, reach)

@@ -25,12 +25,23 @@ def shown(value: float | None, unit: str, digits: int = 3) -> str:
     return f"{significant(None if value is None else scale * value, digits)} {name}"
 
 
+def millimetres(metres: float) -> str:
+    """A length in mm with two decimals, or more where it is small; as verdicts write it."""
+    if not math.isfinite(metres):
+        return ABSENT
+    return f"{1e3 * metres:.{max(_decimals(1e3 * metres, 3), 2) if metres < 1e-4 else 2}f}"
+
+
 def with_error(value: float, std: float) -> tuple[str, str]:
     """A signed value and its error, both to the second significant digit of the error."""
-    if not math.isfinite(std):
-        return f"{value:+.3f}", ABSENT
     decimals = _decimals(std, 2)
-    return f"{value:+.{decimals}f}", f"{std:.{decimals}f}"
+    return signed(value, decimals), f"{std:.{decimals}f}"
+
+
+def signed(value: float, decimals: int) -> str:
+    """A value with its sign, but none on what rounds to zero."""
+    text = f"{value:+.{decimals}f}"
+    return text if text.strip("+-0.") else text[1:]
 
 
 def listed(words: Sequence[object], most: int) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
-from bodyschema.report.units import listed, shown
+from bodyschema.report.units import listed, millimetres, shown
 
 WORDS = {"calibrated": "Calibrated", "only frames": "Only frames placed", "refused": "Refused"}
 SYSTEMATIC = 0.85
@@ -29,10 +30,10 @@ class Verdict:
             word=WORDS[c.verdict],
             kind=c.verdict.replace(" ", "-"),
             explanation=c.explanation,
-            before=shown(c.nominal.position.rms, "m"),
-            after=shown(c.held_out.position.rms, "m"),
-            median=shown(c.held_out.position.median, "m"),
-            worst=shown(c.held_out.position.max, "m"),
+            before=f"{millimetres(c.nominal.position.rms)} mm",
+            after=f"{millimetres(c.held_out.position.rms)} mm",
+            median=f"{millimetres(c.held_out.position.median)} mm",
+            worst=f"{millimetres(c.held_out.position.max)} mm",
             rows=c.n_rows - len(c.outliers),
             trust=self._trust(),
             warnings=self._warnings(),
@@ -44,20 +45,21 @@ class Verdict:
     def _trust(self) -> list[str]:
         """How far off the body itself still is, and whether to believe that."""
         evidence, c = self.evidence, self.evidence.calibration
-        worst = max(evidence.predictions, key=lambda p: p.position_overall)
-        bound = shown(worst.position_overall, "m", 2)
-        shares = [100 * share for shares in evidence.within for share in shares.values()]
-        low, high = min(shares), max(shares)
-        inside = f"{low:.0f} %" if high - low < 0.5 else f"{low:.0f} to {high:.0f} %"
+        worst = max(c.predicted, key=lambda p: p.position_overall)
+        anywhere = max(p.position_overall for p in c.predicted_anywhere)
         lines = [
             "The number above holds the noise of what was seen as well. The model itself is "
-            f"predicted to place {worst.seen} in {worst.seen_from} to within {bound} (95 %)"
-            + (", the worst of all that was seen." if len(evidence.senses) > 1 else "."),
+            f"predicted to place '{worst.seen}' in '{worst.seen_from}' to within "
+            f"{shown(worst.position_overall, 'm', 2)} (95 %) in the postures that were seen, and "
+            f"to within {shown(anywhere, 'm', 2)} anywhere in joint space"
+            + (", the worst of all that was seen." if len(c.predicted) > 1 else "."),
         ]
+        low, high = 100 * min(evidence.shares, default=1), 100 * max(evidence.shares, default=1)
+        inside = f"{low:.0f} %" if high - low < 0.5 else f"{low:.0f} to {high:.0f} % (by sense)"
         if evidence.agrees:
             lines.append(
-                f"The held-out errors agree with the prediction: {inside} of them lie within "
-                "their 95 % bounds, noise included."
+                f"The held-out errors agree with that: {inside} of them lie within their 95 % "
+                "bounds, noise included."
             )
         else:
             lines.append(
@@ -65,12 +67,13 @@ class Verdict:
                 "their 95 % bounds. The robot errs in a way that this model lacks; go by the "
                 "held-out error."
             )
-        share = c.with_field.position.rms / max(c.held_out.position.rms, 1e-12)
-        if share < SYSTEMATIC:
+        whole, rest = c.held_out.position.rms, c.with_field.position.rms
+        if rest < SYSTEMATIC * whole:
+            smooth = shown(math.sqrt(whole**2 - rest**2), "m", 2)
             lines.append(
-                f"{100 * (1 - share):.0f} % of the held-out error follows the posture smoothly. "
-                "That part is no noise, and no number in a URDF describes it: a camera's own "
-                "distortion, links that bend, gears. The prediction does not contain it."
+                f"But {smooth} rms of the held-out error follow the posture smoothly. That is no "
+                "noise, and no number in a URDF describes it: a camera's own distortion, links "
+                "that bend, gears. The prediction does not contain it: count on both."
             )
         return lines
 
@@ -83,13 +86,13 @@ class Verdict:
         if c.clock.faulty:
             rows = listed(c.clock.late_rows, 12) or "none singly certain"
             lines.append(
-                f"Clock fault (p = {c.clock.p_value:.2g}): the robot was seen after it had begun to "
-                f"move on; rows {rows}. Compare the clocks of joints and tracker."
+                f"Clock fault (p = {c.clock.p_value:.2g}): the robot was seen after it had begun "
+                f"to move on; rows {rows}. Compare the clocks of joints and tracker."
             )
         if c.outliers:
             lines.append(
-                f"{len(c.outliers)} of {c.n_rows} rows are outliers and do not count in the errors: "
-                f"{listed(c.outliers, 16)} (rows are counted from 0)."
+                f"{len(c.outliers)} of {c.n_rows} rows are outliers and do not count in the "
+                f"errors: {listed(c.outliers, 16)} (rows are counted from 0)."
             )
         return lines
 
@@ -99,11 +102,16 @@ class Verdict:
         if not known.directions:
             return f"The data determine all {total} parameters." if total else "Nothing was free."
         n, inherent = len(known.directions), sum(d.inherent for d in known.directions)
-        which = "no motion can" if inherent == n else "other postures would" if not inherent else ""
-        which = which or f"other postures would determine {n - inherent} of these, none the others"
-        tail = f"{which} determine {'it' if n == 1 else 'them'}" if inherent in (0, n) else which
+        them = "it" if n == 1 else "them"
+        if inherent == n:
+            remedy = f"no motion can determine {them}"
+        elif inherent:
+            remedy = f"other postures would determine {n - inherent}, no motion the others"
+        else:
+            remedy = f"other postures would determine {them}"
         return (
-            f"{n} of {total} combinations of parameters {'is' if n == 1 else 'are'} not determined; "
-            f"{tail}. The error above does not suffer: within each combination the effects cancel "
-            "in everything that was seen. The single values, however, mean little."
+            f"{n} of {total} combinations of parameters {'is' if n == 1 else 'are'} not "
+            f"determined; {remedy}. The error above does not suffer: within each combination the "
+            "effects cancel in everything that was seen. Single values of the parameters named, "
+            "however, mean little."
         )

@@ -1,0 +1,143 @@
+"""`bodyschema report`, and the report that `calibrate` leaves."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from bodyschema import Body
+from bodyschema.body.kinematics import relative_pose
+from bodyschema.cli import run
+from bodyschema.cli.calibrate import Calibrate
+from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.recording.tables import write_table
+from bodyschema.report import page
+
+RUN = """
+robot = "robot.urdf"
+recording = "data.csv"
+folds = 3
+[free]
+groups = ["offsets"]
+[frames.tracker]
+parent = "base"
+[frames.marker]
+parent = "tip"
+[[senses]]
+kind = "points"
+seen_from = "tracker"
+seen = "marker"
+columns = ["x", "y", "z"]
+"""
+
+
+@pytest.fixture(scope="module")
+def run_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of an arm whose second joint is off by 0.05 rad."""
+    folder = tmp_path_factory.mktemp("run")
+    rng = np.random.default_rng(3)
+    arm = Body.random_chain(3, rng)
+    q = rng.uniform(-1.2, 1.2, (25, 3))
+    body = arm.attach("tracker", "base").attach("marker", "tip")
+    seen = relative_pose(body, np.add(q, [0.0, 0.05, 0.0]), "tracker", "marker")[:, :3, 3]
+    seen += 1e-3 * rng.normal(size=seen.shape)
+    columns = dict(zip([*arm.joints, *"xyz"], np.hstack([q, seen]).T, strict=True))
+    write_table(folder / "data.csv", columns)
+    (folder / "robot.urdf").write_bytes(write_urdf(arm))
+    (folder / "run.toml").write_text(RUN)
+    return folder / "run.toml"
+
+
+@pytest.fixture(scope="module")
+def result(run_file: Path) -> Path:
+    out = run_file.parent / "result"
+    assert run(["calibrate", str(run_file), "--out", str(out), "--json"]) == 0
+    return out
+
+
+def test_calibrate_leaves_a_report(result: Path, run_file: Path) -> None:
+    text = (result / "report.html").read_text(encoding="utf-8")
+    document = yaml.safe_load((result / "calibration.yaml").read_text())
+    assert document["explanation"] in text
+    assert f"bodyschema calibrate {run_file}" in text
+    recorded = json.loads((result / "run.json").read_text())
+    for digest in recorded["sha256"].values():
+        assert digest in text
+
+
+def test_the_terminal_says_what_calibrate_said(
+    result: Path, run_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = run_file.parent / "again"
+    assert run(["calibrate", str(run_file), "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert str(out / "report.html") in said.replace("\n", "")
+    assert (out / "report.html").read_bytes() == (result / "report.html").read_bytes()
+    assert run(["report", str(out)]) == 0
+    again = capsys.readouterr().out
+    assert said[: said.index("Corrected robot:")].rstrip() in again
+    assert str(out / "report.html") in again.replace("\n", "")
+    assert "joint_2.offset" in again
+
+
+def test_json(result: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["report", str(result), "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == yaml.safe_load((result / "calibration.yaml").read_text())
+
+
+def test_without_a_page(result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "calibration.yaml").write_bytes((result / "calibration.yaml").read_bytes())
+    assert run(["report", str(tmp_path / "calibration.yaml")]) == 0
+    assert "bodyschema[report]" in capsys.readouterr().out.replace("\n", "")
+
+
+@pytest.mark.parametrize("text", [None, "verdict: yes\n", "- 1\n", "{", "12\n"])
+def test_no_result(text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    if text is not None:
+        (tmp_path / "calibration.yaml").write_text(text)
+    assert run(["report", str(tmp_path)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("bodyschema: ")
+    assert printed.err.count("\n") == 1
+
+
+def test_an_incomplete_result(
+    result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    document = yaml.safe_load((result / "calibration.yaml").read_text())
+    del document["held_out"]["after"]
+    (tmp_path / "calibration.yaml").write_text(yaml.safe_dump(document))
+    assert run(["report", str(tmp_path)]) == 2
+    assert "no whole calibration" in capsys.readouterr().err
+
+
+def test_calibrate_without_the_extra(
+    run_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Everything but the page is written, and one line says how to get it."""
+    page._environment.cache_clear()
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    out = tmp_path / "result"
+    assert run(["calibrate", str(run_file), "--out", str(out)]) == 0
+    printed = capsys.readouterr()
+    assert printed.err.count("bodyschema[report]") == 1
+    assert "Report:" not in printed.out
+    assert not (out / "report.html").exists()
+    assert (out / "robot.urdf").is_file()
+
+
+def test_the_command_is_repeated_without_its_defaults() -> None:
+    asked = Calibrate(Path("a run.toml"), Path("out"), ("offsets", "axes"), overwrite=True)
+    assert asked.command() == "bodyschema calibrate 'a run.toml' --free offsets axes"
+    flags = Calibrate(joint_unit="deg", force=True, columns=("x", "y", "z"))
+    assert flags.command() == ("bodyschema calibrate --columns x y z --joint-unit deg --force")

@@ -1,0 +1,126 @@
+"""The change test: what it finds, whom it blames, and how often it cries wolf."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from bodyschema import (
+    Body,
+    GaussNewton,
+    LevenbergMarquardt,
+    Poses,
+    free_frame,
+    free_joints,
+    join,
+    lie,
+)
+from bodyschema.body.kinematics import relative_pose
+from bodyschema.learning.batch import Fit
+from bodyschema.learning.discrepancy import Field
+from bodyschema.monitoring.change import detect_change
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A calibrated robot and the truth behind it."""
+
+    truth: Body
+    fit: Fit
+
+
+def record(body: Body, n: int, rng: np.random.Generator, outliers: int = 0) -> Poses:
+    q = rng.uniform(-1.5, 1.5, size=(n, len(body.joints)))
+    T = relative_pose(body, q, "tracker", "hand").copy()
+    T[:, :3, 3] += 1e-3 * rng.normal(size=(n, 3))
+    T[:, :3, :3] = lie.exp_so3(5e-3 * rng.normal(size=(n, 3))) @ T[:, :3, :3]
+    T[:outliers, :3, 3] += rng.uniform(-0.1, 0.1, size=(outliers, 3))
+    return Poses.make(q, T, "tracker", "hand")
+
+
+def calibrated(seed: int) -> Robot:
+    rng = np.random.default_rng(seed)
+    nominal = Body.random_chain(5, rng).attach("tracker", "base").attach("hand", "tip")
+    offsets = free_joints(nominal, ("offsets",))
+    truth = nominal.with_parameters(offsets, 0.05 * rng.normal(size=5))
+    frames = [free_frame(nominal, name) for name in ("tracker", "hand")]
+    parameters = join(offsets, *frames)
+    return Robot(truth, LevenbergMarquardt().fit(nominal, parameters, [record(truth, 60, rng)]))
+
+
+def test_unchanged_bodies_are_left_in_peace() -> None:
+    alarms = 0
+    for seed in range(60):
+        robot = calibrated(seed)
+        new = record(robot.truth, 30, np.random.default_rng(1000 + seed), outliers=2)
+        alarms += detect_change(robot.fit.estimate, [new], false_alarm=0.05).changed
+    # 5 % of 60 is 3; more than 8 would happen in less than 1 % of such trials.
+    assert alarms <= 8
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_moved_joint_zero_is_found_and_blamed(seed: int) -> None:
+    robot, rng = calibrated(seed), np.random.default_rng(50 + seed)
+    joint = robot.truth.joints[1 + seed % 3]
+    knocked = robot.truth.with_parameters(
+        free_joints(robot.truth, ("offsets",), [joint]), [np.deg2rad(1.0)]
+    )
+    answer = detect_change(robot.fit.estimate, [record(knocked, 40, rng, outliers=3)])
+    assert answer.changed
+    assert joint in {suspect.part for suspect in answer.suspects}
+    blamed = next(suspect for suspect in answer.suspects if suspect.part == joint)
+    assert blamed.change[0] == pytest.approx(np.deg2rad(1.0), abs=np.deg2rad(0.3))
+
+
+@pytest.mark.parametrize("frame", ["tracker", "hand"])
+def test_a_moved_frame_is_found_and_blamed(frame: str) -> None:
+    robot, rng = calibrated(3), np.random.default_rng(9)
+    T = robot.truth.placement[robot.truth.frame_index(frame)].copy()
+    T[:3, 3] += [0.004, -0.002, 0.003]
+    answer = detect_change(
+        robot.fit.estimate, [record(robot.truth.with_placement(frame, T), 40, rng)]
+    )
+    assert answer.changed
+    assert answer.suspects[0].part == frame
+    assert answer.p_value < 1e-6
+
+
+def test_a_large_change_is_not_taken_for_outliers() -> None:
+    robot, rng = calibrated(4), np.random.default_rng(2)
+    T = robot.truth.placement[robot.truth.frame_index("hand")].copy()
+    T[:3, 3] += [0.05, 0.0, 0.0]
+    answer = detect_change(
+        robot.fit.estimate, [record(robot.truth.with_placement("hand", T), 30, rng)]
+    )
+    assert answer.changed
+    assert answer.suspects[0].part == "hand"
+    assert np.linalg.norm(answer.suspects[0].change[:3]) == pytest.approx(0.05, rel=0.1)
+
+
+def test_a_residual_field_makes_the_test_more_careful() -> None:
+    robot, rng = calibrated(5), np.random.default_rng(3)
+    T = robot.truth.placement[robot.truth.frame_index("hand")].copy()
+    T[:3, 3] += [0.001, 0.0, 0.0]
+    new = record(robot.truth.with_placement("hand", T), 30, rng)
+    plain = detect_change(robot.fit.estimate, [new])
+    field = Field(length=1.0, amplitude=(0.003, 0.01), noise=(0.001, 0.005))
+    careful = detect_change(robot.fit.estimate, [new], {new.label: field})
+    assert careful.p_value > plain.p_value
+
+
+def test_it_works_on_the_recursive_learner_too() -> None:
+    robot, rng = calibrated(6), np.random.default_rng(4)
+    learner = GaussNewton(unknown=("tracker", "hand"))
+    estimate = robot.fit.estimate
+    state = learner.start(estimate.reference, estimate.parameters)
+    for i, sample in enumerate(record(robot.truth, 60, rng).take([i]) for i in range(60)):
+        state, _ = learner.step(state, sample)
+        assert state.started == (i >= learner.burn_in - 1)
+    belief = state.estimate
+    noise = dict(estimate.noise or {})
+    answer = detect_change(
+        type(belief)(**{**belief.__dict__, "noise": noise}), [record(robot.truth, 30, rng)]
+    )
+    assert not answer.changed
