@@ -28,7 +28,9 @@ truth = truth.with_placement("tracker", lie.transform(lie.exp_so3([0.2, 0.1, 0.7
 def points(q: np.ndarray) -> bs.Points:
     """Positions of the marker, with 0.5 mm of noise."""
     position = relative_pose(truth, q, "tracker", "marker")[:, :3, 3]
-    return bs.Points.make(q, position + rng.normal(scale=5e-4, size=(len(q), 3)), "tracker", "marker")
+    return bs.Points.make(
+        q, position + rng.normal(scale=5e-4, size=(len(q), 3)), "tracker", "marker"
+    )
 
 
 def poses(q: np.ndarray) -> bs.Poses:
@@ -43,7 +45,9 @@ def tell(title: str, body: bs.Body, sense: bs.Points | bs.Poses, frames: dict) -
     """Calibrate the zeros and say what stays open."""
     answer = bs.calibrate(body, [sense], frames, groups=["offsets"])
     known = answer.identifiability
-    print(f"\n{title}\n  {known.rank} of {len(answer.estimate.parameters)} directions are determined")
+    print(
+        f"\n{title}\n  {known.rank} of {len(answer.estimate.parameters)} directions are determined"
+    )
     _list(known.sentences)
     return answer
 

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must come before numpy)
+
 SHARED = Path(os.environ.get("BODYSCHEMA_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 
 

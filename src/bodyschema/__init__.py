@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from bodyschema.body.tree import Body
     from bodyschema.errors import BodyschemaError, InputError, MissingExtraError
     from bodyschema.learning.batch import LevenbergMarquardt
-    from bodyschema.learning.calibration import Calibration, calibrate
+    from bodyschema.learning.calibrate import calibrate
+    from bodyschema.learning.calibration import Calibration
     from bodyschema.learning.estimate import Estimate
     from bodyschema.learning.gauss_newton import GaussNewton
     from bodyschema.recording.recording import Recording
@@ -39,7 +40,7 @@ _HOMES = {
     "LevenbergMarquardt": "learning.batch",
     "GaussNewton": "learning.gauss_newton",
     "Calibration": "learning.calibration",
-    "calibrate": "learning.calibration",
+    "calibrate": "learning.calibrate",
 }
 
 __all__ = [

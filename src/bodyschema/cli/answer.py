@@ -34,6 +34,20 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "nominal": accuracy_json(calibration.nominal),
         "held_out": accuracy_json(calibration.held_out),
         "held_out_with_residual_field": accuracy_json(calibration.with_field),
+        "predicted": [
+            {
+                "seen": seen.seen,
+                "seen_from": seen.seen_from,
+                "position_mm_95": 1e3 * seen.position_overall,
+                "rotation_deg_95": math.degrees(seen.rotation_overall),
+                "anywhere_position_mm_95": 1e3 * anywhere.position_overall,
+                "anywhere_rotation_deg_95": math.degrees(anywhere.rotation_overall),
+            }
+            for seen, anywhere in zip(
+                calibration.predicted, calibration.predicted_anywhere, strict=True
+            )
+        ],
+        "agreement": calibration.agreement,
         "models": [
             {
                 "groups": list(candidate.groups),

@@ -102,7 +102,7 @@ class Calibrate:
     def _work(self, run: RunFile, notes: Console) -> tuple[Loaded, Calibration, dict[str, bytes]]:
         """Load, calibrate and draw the report, telling what is being done."""
         from bodyschema.cli.loading import load
-        from bodyschema.learning.calibration import calibrate
+        from bodyschema.learning.calibrate import calibrate
 
         with notes.status("reading") as status:
             loaded = load(run)

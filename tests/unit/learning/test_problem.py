@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bodyschema.body.kernels import PRISMATIC
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.calibration import calibrate
+from bodyschema.learning.calibrate import calibrate
 from bodyschema.learning.problem import ROUGHLY, Problem, check_problem, moved_joints
 from bodyschema.senses.observations import Observations
 from simulated import points, poses, postures, seen_arm
