@@ -5,8 +5,6 @@ python examples/04_what_cannot_be_told.py
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 import bodyschema as bs
@@ -44,17 +42,11 @@ def poses(q: np.ndarray) -> bs.Poses:
 def tell(title: str, body: bs.Body, sense: bs.Points | bs.Poses, frames: dict) -> bs.Calibration:
     """Calibrate the zeros and say what stays open."""
     answer = bs.calibrate(body, [sense], frames, groups=["offsets"])
-    known = answer.identifiability
-    print(
-        f"\n{title}\n  {known.rank} of {len(answer.estimate.parameters)} directions are determined"
-    )
-    _list(known.sentences)
-    return answer
-
-
-def _list(sentences: Sequence[str]) -> None:
-    for sentence in sentences:
+    known, n = answer.identifiability, len(answer.estimate.parameters)
+    print(f"\n{title}\n  {known.rank} of {n} directions are determined")
+    for sentence in known.sentences:
         print("  -", sentence)
+    return answer
 
 
 unmeasured = {"tracker": "no"}

@@ -12,6 +12,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 if TYPE_CHECKING:
+    from bodyschema.acting.next_poses import plan_poses
     from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
     from bodyschema.body.tree import Body
     from bodyschema.errors import BodyschemaError, InputError, MissingExtraError
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from bodyschema.learning.calibration import Calibration
     from bodyschema.learning.estimate import Estimate
     from bodyschema.learning.gauss_newton import GaussNewton
+    from bodyschema.monitoring.change import detect_change
     from bodyschema.recording.recording import Recording
     from bodyschema.senses.points import Points
     from bodyschema.senses.poses import Poses
@@ -41,6 +43,8 @@ _HOMES = {
     "GaussNewton": "learning.gauss_newton",
     "Calibration": "learning.calibration",
     "calibrate": "learning.calibrate",
+    "detect_change": "monitoring.change",
+    "plan_poses": "acting.next_poses",
 }
 
 __all__ = [
@@ -57,9 +61,11 @@ __all__ = [
     "Poses",
     "Recording",
     "calibrate",
+    "detect_change",
     "free_frame",
     "free_joints",
     "join",
+    "plan_poses",
 ]
 
 

@@ -188,7 +188,7 @@ def _moved(state: Belief, L: Array, pull: Array) -> Array:
 
 def merge(samples: Sequence[Observations]) -> list[Observations]:
     """Single samples gathered into one batch a sense, in order of first appearance."""
-    by_label: dict[str, list[Observations]] = {}
+    kinds: dict[tuple[type, str], list[Observations]] = {}
     for sample in samples:
-        by_label.setdefault(sample.label, []).append(sample)
-    return [concatenate(group) for group in by_label.values()]
+        kinds.setdefault((type(sample), sample.label), []).append(sample)
+    return [concatenate(group) for group in kinds.values()]

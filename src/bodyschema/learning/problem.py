@@ -98,6 +98,10 @@ def check_problem(problem: Problem, groups: Sequence[str], folds: int) -> None:
     """
     if not problem.senses:
         raise InputError("nothing was seen: name at least one [[senses]] entry.")
+    labels = [sense.label for sense in problem.senses]
+    twice = sorted({label for label in labels if labels.count(label) > 1})
+    if twice:
+        raise InputError(f"two senses are '{twice[0]}'; join their rows, or attach another frame.")
     body = problem.body
     used = [body.joint_index(joint) for joint in moved_joints(body, problem.senses)]
     q = np.concatenate([sense.q for sense in problem.senses])[:, used]

@@ -11,12 +11,8 @@ from numpy.typing import NDArray
 
 from bodyschema.body.parameters import free_joints
 from bodyschema.body.tree import Body
-from bodyschema.learning.calibration import (
-    MODELS,
-    Calibration,
-    calibrate,
-    describe_groups,
-)
+from bodyschema.learning.calibrate import MODELS, calibrate
+from bodyschema.learning.calibration import Calibration, describe_groups
 from bodyschema.learning.held_out import folds_of
 from bodyschema.senses.observations import Observations
 from simulated import drawn, forgotten, points, poses, postures, seen_arm, spoiled
@@ -151,7 +147,8 @@ def test_late_rows_are_reported() -> None:
 
 def test_the_same_seed_gives_the_same_numbers() -> None:
     body, seen, _, _ = recording("points", ["offsets"], n=30, outliers=0.1)
-    one, same = (calibrate(body, [seen], UNKNOWN, seed=7) for _ in range(2))
+    groups = ["offsets", "axes"]
+    one, same = (calibrate(body, [seen], UNKNOWN, groups, seed=7) for _ in range(2))
     assert (one.estimate.x == same.estimate.x).all()
     assert (one.estimate.covariance == same.estimate.covariance).all()
     assert one.held_out == same.held_out

@@ -22,13 +22,15 @@ OUTLIERS, SIZE = 0.15, 0.2
 NEAR, TURNED = 0.01, np.deg2rad(1)
 """m and rad."""
 
-END = {"tracker": "base", "tool": "tip", "camera": "tip", "board": "base"}
-
 
 def off(found: Body, truth: Body, frame: str) -> tuple[float, float]:
     """Error of a placement in m and rad."""
     T, true = (body.placement[body.frame_index(frame)] for body in (found, truth))
     return float(np.linalg.norm(T[:3, 3] - true[:3, 3])), angle(T, true)
+
+
+def lengths(residual: Array) -> Array:
+    return np.asarray(np.linalg.norm(residual[:, :3], axis=1))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -47,10 +49,6 @@ def test_unknown_frames_are_found_among_outliers(
         # Nobody can see how a point is turned.
         assert turned < TURNED or (sense, frame) == ("points", "tool")
     assert np.median(lengths(seen.residual(found))) < 0.01
-
-
-def lengths(residual: Array) -> Array:
-    return np.asarray(np.linalg.norm(residual[:, :3], axis=1))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -75,6 +73,29 @@ def test_senses_that_share_a_frame_help_each_other(seed: int) -> None:
         shifted, turned = off(found, truth, frame)
         assert shifted < NEAR, frame
         assert turned < TURNED or frame.startswith("marker")
+
+
+@pytest.mark.parametrize("seed", [23, 28, 31, 32])
+def test_small_motions_of_a_far_point_do_not_end_in_a_wrong_place(seed: int) -> None:
+    """Half a metre from its link and half a radian a joint: one first guess would not do."""
+    rng = np.random.default_rng(seed)
+    arm = Body.random_chain(6, rng).attach("tracker", "base", random_pose(rng, 1.0))
+    truth = arm.attach("tool", "tip", random_pose(rng, 0.5))
+    seen, _ = spoiled(points(truth, postures(40, truth, rng, 0.5), rng), OUTLIERS, SIZE, rng)
+    found = start_frames(forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [seen])
+    assert np.median(lengths(seen.residual(found))) < 0.003
+
+
+def test_a_sense_that_settles_a_frame_comes_before_one_that_needs_it() -> None:
+    """Two points cannot place tracker and marker; with the tracker known, they place the marker."""
+    rng = np.random.default_rng(0)
+    truth = seen_arm(6, rng).attach("marker", "tip", random_pose(rng, 0.1))
+    q = postures(30, truth, rng)
+    few, many = points(truth, q[:2], rng, seen="marker"), poses(truth, q, rng)
+    unknown = ("tracker", "marker")
+    found = start_frames(forgotten(truth, unknown), unknown, [few, many])
+    assert max(off(found, truth, "tracker")) < NEAR
+    assert off(found, truth, "marker")[0] < NEAR
 
 
 @pytest.mark.parametrize("sense", SENSES)
