@@ -4,7 +4,7 @@ A vector x (n_parameters,) holds the deviations from a reference body, zero mean
 
     offset  theta_j = (1 + g_j) q_j + o_j                      o_j = x            rad or m
     gear    the g_j above                                      g_j = x            1
-    axis    a_k moved over the unit sphere by x in its tangent plane, see `tree.tilted`     rad
+    axis    a_k moved over the unit sphere by x in its tangent plane, see `chart`     rad
     link    translation of the placement P_k, in the parent's frame: l_k = l_k0 + x           m
     turn    rotation of the placement P_k: R_k = R_k0 exp(x)                                rad
 

@@ -87,6 +87,14 @@ def test_a_right_body_only_gets_its_frames(kind: str) -> None:
     assert answer.body.placement[k] == pytest.approx(truth.placement[k], abs=5e-3)
 
 
+def test_a_larger_model_that_is_better_by_chance_is_not_taken() -> None:
+    body, seen, _, _ = recording("poses", [], seed=6, n=25)
+    answer = calibrate(body, [seen], UNKNOWN)
+    assert 0 < answer.candidates[0].behind < 2
+    assert answer.groups == ()
+    assert answer.verdict == "only frames"
+
+
 def test_a_correction_that_makes_it_worse_is_refused() -> None:
     """Few noisy points, all geometry freed by command: the fit learns the noise."""
     rng = np.random.default_rng(3)
