@@ -119,7 +119,7 @@ def measure(data: Path, seeds: int) -> dict[str, Any]:
     }
     return {
         "coverage": cover,
-        "plan_ratio": {arm.name: planning.plan_ratio(arm.name, range(seeds)) for arm in arms.ARMS},
+        "plan_ratio": {arm.name: planning.plan_ratio(arm.name, seeds) for arm in arms.ARMS},
         "check": faults,
         "null_cases": null_cases.measure(),
     }

@@ -54,10 +54,10 @@ def log_so3(rotation: ArrayLike) -> Array:
     all, which is quick; beyond, the quaternion keeps the digits that the skew part loses.
     """
     R = np.asarray(rotation, dtype=np.float64)
-    cosine = (np.trace(R, axis1=-2, axis2=-1) - 1) / 2
+    cosine = (R[..., 0, 0] + R[..., 1, 1] + R[..., 2, 2] - 1) / 2
     if cosine.size and cosine.min() > -0.5:
-        vector = 0.5 * (R[..., [2, 0, 1], [1, 2, 0]] - R[..., [1, 2, 0], [2, 0, 1]])
-        sine = np.sqrt(np.sum(vector * vector, axis=-1))
+        vector = 0.5 * (R - np.swapaxes(R, -1, -2))[..., [2, 0, 1], [1, 2, 0]]
+        sine = np.sqrt((vector * vector).sum(axis=-1))
         small = sine < SMALL_ANGLE
         safe = np.where(small, 1.0, sine)
         factor = np.where(small, 1 + sine**2 / 6, np.arctan2(sine, cosine) / safe)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack, solve_triangular
+from scipy.linalg import lapack
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
@@ -46,7 +46,7 @@ def whiten(sense: Observations, reference: Body, parameters: Parameters, x: Arra
     L = np.asarray(np.linalg.cholesky(sense.covariance), dtype=np.float64)
     n, d = linear.residual.shape
     stacked = np.concatenate([linear.residual[..., None], linear.by_parameter], axis=2)
-    flat = solve_triangular(L, stacked.transpose(1, 0, 2).reshape(d, -1), lower=True)
+    flat, _ = lapack.dtrtrs(L, stacked.transpose(1, 0, 2).reshape(d, -1), lower=1)
     white = flat.reshape(d, n, stacked.shape[2]).transpose(1, 0, 2)
     jacobian = np.ascontiguousarray(white[..., 1:])
     return Whitened(sense, np.ascontiguousarray(white[..., 0]), jacobian, L)
@@ -55,7 +55,7 @@ def whiten(sense: Observations, reference: Body, parameters: Parameters, x: Arra
 def whitened_residual(sense: Observations, body: Body) -> Array:
     """Residual of a body in units of the believed noise, (n, dimension)."""
     L = np.linalg.cholesky(sense.covariance)
-    return np.asarray(solve_triangular(L, sense.residual(body).T, lower=True).T)
+    return np.asarray(lapack.dtrtrs(L, sense.residual(body).T, lower=1)[0].T)
 
 
 def level_rows(sense: Observations, levels: Sequence[float]) -> Array:
