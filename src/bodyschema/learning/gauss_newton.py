@@ -23,7 +23,7 @@ short burn-in; until then the samples wait in the state.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from scipy.linalg import lapack
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
-from bodyschema.learning.batch import SMALLEST_LEVEL, LevenbergMarquardt
+from bodyschema.learning.batch import SMALLEST_LEVEL, LevenbergMarquardt, named_levels
 from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.normal_equations import fisher_share, level_rows, positive_factor, whiten
 from bodyschema.learning.starts import start_frames
@@ -57,12 +57,16 @@ class Belief:
     waiting: tuple[Observations, ...] = ()
     """Samples of the burn-in; empty once the filter runs."""
     started: bool = False
+    templates: Mapping[str, Observations] = field(default_factory=dict)
+    """Sense label -> that sense without samples, for the units of its noise levels."""
 
     @property
     def estimate(self) -> Estimate:
         """The belief in the form of every learner's result."""
         data = self.information - np.diag(self.parameters.prior_std**-2.0)
-        return Estimate(self.reference, self.parameters, self.x, data)
+        levels = tuple(self.levels[label][0] for label in self.templates)
+        noise = named_levels(tuple(self.templates.values()), levels)
+        return Estimate(self.reference, self.parameters, self.x, data, noise)
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,8 @@ class GaussNewton:
             for sense, level in zip(senses, fit.levels, strict=True)
         }
         information, x = fit.estimate.information, fit.estimate.x
-        return Belief(reference, state.parameters, x, x, information, levels, started=True)
+        templates = {sense.label: sense.take([]) for sense in senses}
+        return Belief(reference, state.parameters, x, x, information, levels, (), True, templates)
 
     def _update(self, state: Belief, sample: Observations) -> tuple[Belief, Innovation]:
         part = whiten(sample, state.reference, state.parameters, state.anchor)
@@ -138,8 +143,12 @@ class GaussNewton:
         spread = np.diag(absorbed) - np.sum(absorbed * solved[:, 1:].T, axis=1)
         after = self._levels(sample, level, count, weight * (left**2 + spread))
         told = weight * fisher_share(self.freedom, len(r))
+        templates = state.templates
+        if sample.label not in templates:
+            templates = {**templates, sample.label: sample.take([])}
         changed = replace(
             state,
+            templates=templates,
             x=_moved(state, L, half @ solved[:, 0]),
             information=self._remembered(state) + told * (J.T @ J),
             levels={**state.levels, sample.label: after},

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
-from scipy.stats import f as f_distribution
+from scipy.special import fdtr, gammainc
 
 from bodyschema.body.kinematics import relative_pose_derivatives
 from bodyschema.learning.batch import Fit
@@ -102,12 +102,13 @@ def length_quantile(covariances: Sequence[Array], freedom: float, probability: f
     if mean.max(initial=0.0) <= 0:
         return 0.0
     mean, h = np.maximum(mean, 1e-300), np.maximum(mean**2 / np.maximum(square, 1e-300), 1.0)
-    # An F with infinitely many degrees of freedom below is chi-square over h; 1e9 stands for that.
-    nu = min(freedom, 1e9)
 
     def below(log_length: float) -> float:
         ratio = np.exp(2 * log_length) / mean
-        return float(np.mean(f_distribution.cdf(ratio, h, nu))) - probability
+        # An F with infinitely many degrees of freedom below is a chi-square over h.
+        known = np.isinf(freedom)
+        share = gammainc(h / 2, h * ratio / 2) if known else fdtr(h, freedom, ratio)
+        return float(np.mean(share)) - probability
 
     centre = 0.5 * np.log(mean.max())
     return float(np.exp(brentq(below, centre - 15, centre + 15)))
