@@ -2,7 +2,7 @@
 
     python benchmarks/planning.py [--json] [--seeds 20] [--data FOLDER]
 
-icub_arm, ur5, panda   simulated: 10 random poses, then 10 planned or 10 random ones. "offsets" sees
+icub, ur5, panda       simulated: 10 random poses, then 10 planned or 10 random ones. "offsets" sees
                        a point and corrects joint offsets; "full" sees poses and corrects offsets,
                        axes and links. rms over 200 unseen random postures, over all seeds; ratio is
                        planned / random; worth is the number of random poses that do as well as the
@@ -15,16 +15,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import sysconfig
 import time
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import bodyschema as bs
+from arms import ARMS
 from bodyschema import lie
 from bodyschema.acting.candidates import Candidates, find_candidates
 from bodyschema.acting.next_poses import plan_poses
@@ -34,7 +33,6 @@ from bodyschema.learning.problem import Problem
 from bodyschema.senses.observations import Observations, concatenate
 from recordings import DATA, FULL, fr3, link8_error
 
-ROBOTS = Path(sysconfig.get_paths()["purelib"], "cmeel.prefix/share/example-robot-data/robots")
 START, ADDED = 10, 10
 MORE = (10, 14, 20, 28, 40)
 """Numbers of random poses among which the worth of the planned ones is sought."""
@@ -45,29 +43,13 @@ STD = (1e-3, 5e-3)
 UNKNOWN = {"tracker": "no", "marker": "no"}
 
 
-@cache
-def robot(name: str) -> tuple[bs.Body, tuple[str, ...], str, str]:
-    """Body, joints of the arm, base and tip."""
-    if name == "icub_arm":
-        from bodyschema.simulation import icub
-
-        return icub.bare_icub(), icub.RIGHT_ARM, "chest", icub.HAND
-    path, base, tip = {
-        "ur5": ("ur_description/urdf/ur5_robot.urdf", "base_link", "tool0"),
-        "panda": ("panda_description/urdf/panda.urdf", "panda_link0", "panda_link8"),
-    }[name]
-    body = bs.Body.from_urdf(ROBOTS / path)
-    return body, tuple(j for j in body.joints if "finger" not in j), base, tip
-
-
 class Simulated:
     """A robot that is not as modelled, and a tracker that sees its tool."""
 
     def __init__(self, name: str, groups: Sequence[str], seed: int) -> None:
         self.rng = np.random.default_rng(seed)
-        bare, self.joints, base, tip = robot(name)
-        self.groups = tuple(groups)
-        self.body = bare.attach("tracker", base).attach("marker", tip)
+        arm = next(arm for arm in ARMS if arm.name == name)
+        self.body, self.joints, self.groups = arm.body, arm.joints, tuple(groups)
         far = lie.transform(lie.exp_so3(self.rng.normal(size=3)), self.rng.normal(size=3))
         near = lie.transform(
             lie.exp_so3(0.5 * self.rng.normal(size=3)), 0.1 * self.rng.normal(size=3)
@@ -188,7 +170,7 @@ def measure(seeds: int, data: Path) -> dict[str, Any]:
     """All figures."""
     figures: dict[str, Any] = {
         name: {"offsets": plan_ratio(name, seeds), "full": plan_ratio(name, seeds, FULL)}
-        for name in ("icub_arm", "ur5", "panda")
+        for name in ("icub", "ur5", "panda")
     }
     return {**figures, "fr3": fr3_choice(data, seeds)}
 

@@ -197,7 +197,7 @@ def _moved(state: Belief, L: Array, pull: Array) -> Array:
 
 def merge(samples: Sequence[Observations]) -> list[Observations]:
     """Single samples gathered into one batch a sense, in order of first appearance."""
-    kinds: dict[tuple[type, str], list[Observations]] = {}
+    by_label: dict[str, list[Observations]] = {}
     for sample in samples:
-        kinds.setdefault((type(sample), sample.label), []).append(sample)
-    return [concatenate(group) for group in kinds.values()]
+        by_label.setdefault(sample.label, []).append(sample)
+    return [concatenate(group) for group in by_label.values()]

@@ -88,6 +88,11 @@ class Poses(Observations):
         )
 
     @property
+    def label(self) -> str:
+        """Name for messages and reports, other than that of points of the same frame."""
+        return f"pose of {super().label}"
+
+    @property
     def components(self) -> tuple[tuple[str, str, slice], ...]:
         """Position and rotation each have their noise level."""
         return (("position", "m", slice(0, 3)), ("rotation", "rad", slice(3, 6)))

@@ -142,8 +142,8 @@ def test_levels_converge_to_the_true_noise(
     assert fit.converged
     assert fit.levels[0] == pytest.approx((2.5, 0.4), rel=0.1)
     assert fit.estimate.noise == {
-        "tool seen from tracker: position (m)": pytest.approx(2.5e-3, rel=0.1),
-        "tool seen from tracker: rotation (rad)": pytest.approx(2e-3, rel=0.1),
+        "pose of tool seen from tracker: position (m)": pytest.approx(2.5e-3, rel=0.1),
+        "pose of tool seen from tracker: rotation (rad)": pytest.approx(2e-3, rel=0.1),
     }
 
 

@@ -134,3 +134,13 @@ def test_joints_between_the_ends_of_the_senses(body: Body, rng: np.random.Genera
     assert moved_joints(body, [low]) == ("joint_2",)
     assert moved_joints(body, [low, high]) == ("joint_2", "joint_4")
     assert moved_joints(body, [points(body, q, rng)]) == body.joints
+
+
+def test_points_and_poses_of_one_frame_go_together_but_not_twice_the_same() -> None:
+    rng = np.random.default_rng(0)
+    body = seen_arm(4, rng)
+    q = postures(30, body, rng)
+    senses = [points(body, q, rng), poses(body, q, rng)]
+    check_problem(Problem(body, tuple(senses), {}, body.joints), ("offsets",), 5)
+    with pytest.raises(InputError, match="two senses are"):
+        check_problem(Problem(body, (senses[0], senses[0]), {}, body.joints), ("offsets",), 5)
