@@ -44,9 +44,10 @@ types: .venv/.installed
 imports: .venv/.installed
 	$(BIN)/lint-imports
 
-bench: .venv/.installed ## measure accuracy on recordings, and speed
+bench: .venv/.installed ## measure accuracy on recordings, speed, and whether answers can be trusted
 	$(BIN)/python benchmarks/recordings.py
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/trust.py
 
 docs: .venv/.installed-docs ## build the documentation into docs/_build
 	$(BIN)/sphinx-build -W --keep-going --quiet docs docs/_build

@@ -117,9 +117,11 @@ def measure(data: Path, seeds: int) -> dict[str, Any]:
         f"{fault} {size:g}": check(arms.ARMS[2], fault, size, 50 if fault != "none" else 300)
         for fault, size in FAULTS
     }
+    plans = {arm.name: planning.plan_ratio(arm.name, seeds) for arm in arms.ARMS}
     return {
         "coverage": cover,
-        "plan_ratio": {arm.name: planning.plan_ratio(arm.name, seeds) for arm in arms.ARMS},
+        "plan_ratio": {name: plan["ratio"] for name, plan in plans.items()},
+        "plan": plans,
         "check": faults,
         "null_cases": null_cases.measure(),
     }

@@ -152,7 +152,8 @@ class Calibrate:
     def resolved(self) -> RunFile:
         """The run file, with the flags laid over it."""
         run = self._from_flags() if self.run_file is None else read_run_file(self.run_file)
-        free = FreeEntry(self.free or run.free.groups, self.joints or run.free.joints)
+        groups = run.free.groups if self.free is None else self.free
+        free = FreeEntry(groups, self.joints or run.free.joints)
         return replace(run, free=free)
 
     def _from_flags(self) -> RunFile:

@@ -27,7 +27,11 @@ class Estimate:
     data_information: Array
     """(n_parameters, n_parameters) sum of J^T R^-1 J over the samples, without the prior."""
     noise: Mapping[str, float] | None = None
-    """Noise level of each sense's component, "hand seen from camera: position" -> m or rad."""
+    """Noise level of each sense's component, "hand seen from camera: position (m)" -> m or rad.
+
+    The scale of a Student-t distribution; normal noise has a standard deviation about 1.1 times
+    as large.
+    """
 
     @cached_property
     def body(self) -> Body:
