@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from bodyschema.export.calibration_yaml import OPEN
+from bodyschema.export.calibration_yaml import OPEN, predicted_errors
 from bodyschema.learning.calibration import Accuracy, Calibration, describe_groups
 from bodyschema.learning.clock import FALSE_ALARM
 from bodyschema.learning.held_out import Errors
@@ -34,19 +34,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "nominal": accuracy_json(calibration.nominal),
         "held_out": accuracy_json(calibration.held_out),
         "held_out_with_residual_field": accuracy_json(calibration.with_field),
-        "predicted": [
-            {
-                "seen": seen.seen,
-                "seen_from": seen.seen_from,
-                "position_mm_95": 1e3 * seen.position_overall,
-                "rotation_deg_95": math.degrees(seen.rotation_overall),
-                "anywhere_position_mm_95": 1e3 * anywhere.position_overall,
-                "anywhere_rotation_deg_95": math.degrees(anywhere.rotation_overall),
-            }
-            for seen, anywhere in zip(
-                calibration.predicted, calibration.predicted_anywhere, strict=True
-            )
-        ],
+        "predicted": predicted_errors(calibration),
         "agreement": calibration.agreement,
         "models": [
             {
@@ -106,6 +94,7 @@ def print_answer(console: Console, document: Mapping[str, Any]) -> None:
     style = colour.get(verdict, "white")
     console.print(f"\n[bold {style}]{verdict}[/]  {escape(document['explanation'])}\n")
     console.print(_error_table(document))
+    console.print(_prediction(document), highlight=False)
     console.print(_parameter_table(document["parameters"]))
     sentences = document["not_determined"]
     if sentences:
@@ -117,6 +106,18 @@ def print_answer(console: Console, document: Mapping[str, Any]) -> None:
             console.print(f"  ... and {more} more; calibration.yaml lists all.")
     for line in _warnings(document):
         console.print(line, highlight=False)
+
+
+def _prediction(document: Mapping[str, Any]) -> str:
+    """The worst predicted error in a sentence, and whether held-out errors bear it out."""
+    worst = max(document["predicted"], key=lambda entry: entry["position_mm_95"])
+    anywhere = max(entry["anywhere_position_mm_95"] for entry in document["predicted"])
+    return (
+        f"Predicted error of the corrected body, noise apart: 95 % below "
+        f"[bold]{worst['position_mm_95']:.2f} mm[/] in the postures seen, {anywhere:.2f} mm "
+        f"anywhere; {100 * document['agreement']:.0f} % of the held-out positions lie within "
+        "their bounds.\n"
+    )
 
 
 def _warnings(document: Mapping[str, Any]) -> list[str]:

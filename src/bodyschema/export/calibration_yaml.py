@@ -24,6 +24,8 @@ HEADING = """\
 What a calibration found, written by bodyschema.
 offsets: the true joint value is its reading plus the offset (rad; m for prismatic joints).
 held_out: errors on samples that the fit had not seen; before is the robot as modelled.
+predicted: errors of the corrected body stay below this with 95 %, where seen and anywhere;
+agreement is the share of held-out positions within their bounds, noise included.
 parameters: deviations from the model, of a frame that nobody measured from its first guess (where
 it came to be is in transforms.yaml); std is null where the data do not determine the value;
 combined_with names the parameters that it cannot be told apart from."""
@@ -79,6 +81,8 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
             "after": _accuracy(calibration.held_out),
             "after_with_residual_field": _accuracy(calibration.with_field),
         },
+        "predicted": predicted_errors(calibration),
+        "agreement": rounded(calibration.agreement),
         "offsets": {j: rounded(o) for j, o in zip(body.joints, body.offset, strict=True)},
         "gears": {j: rounded(g) for j, g in zip(body.joints, body.gear, strict=True) if g},
         "parameters": _parameters(calibration),
@@ -95,6 +99,22 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "versions": versions(),
     }
     return document
+
+
+def predicted_errors(calibration: Calibration) -> list[dict[str, Any]]:
+    """Predicted 95 % errors of what each sense looks at, where it was seen and anywhere."""
+    pairs = zip(calibration.predicted, calibration.predicted_anywhere, strict=True)
+    return [
+        {
+            "seen": seen.seen,
+            "seen_from": seen.seen_from,
+            "position_mm_95": rounded(1e3 * seen.position_overall),
+            "rotation_deg_95": rounded(float(np.degrees(seen.rotation_overall))),
+            "anywhere_position_mm_95": rounded(1e3 * anywhere.position_overall),
+            "anywhere_rotation_deg_95": rounded(float(np.degrees(anywhere.rotation_overall))),
+        }
+        for seen, anywhere in pairs
+    ]
 
 
 def _parameters(calibration: Calibration) -> list[dict[str, Any]]:
