@@ -72,6 +72,18 @@ def motion(kind: int, axis: Array, theta: float, out: Array) -> None:
 
 
 @kernel
+def joint_values(
+    q: Array, gear: Array, offset: Array, driver: Ints, rate: Array, shift: Array, theta: Array
+) -> None:
+    """theta_k = rate_k ((1 + gear_j) q_j + offset_j) + shift_k: q (n, n_joints) -> theta."""
+    for n in range(q.shape[0]):
+        for k in range(driver.shape[0]):
+            j = driver[k]
+            if j >= 0:
+                theta[n, k] = rate[k] * ((1.0 + gear[j]) * q[n, j] + offset[j]) + shift[k]
+
+
+@kernel
 def tree_poses(
     parent: Ints, kind: Ints, axis: Array, placement: Array, theta: Array, out: Array
 ) -> None:

@@ -126,8 +126,6 @@ def _joint_values(body: Body, q: ArrayLike) -> tuple[Array, Array, tuple[int, ..
         )
     batch = readings.shape[:-1]
     flat = np.ascontiguousarray(readings.reshape(math.prod(batch), len(body.joints)))
-    true = flat * (1 + body.gear) + body.offset
     theta = np.zeros((len(flat), len(body.frames)))
-    moves = body.driver >= 0
-    theta[:, moves] = true[:, body.driver[moves]] * body.rate[moves] + body.shift[moves]
+    kernels.joint_values(flat, body.gear, body.offset, body.driver, body.rate, body.shift, theta)
     return theta, flat, batch
