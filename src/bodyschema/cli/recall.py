@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from bodyschema.body.tree import Body, Visual
 from bodyschema.cli.loading import load, read_robot
-from bodyschema.cli.run_file import RunFile, SenseEntry, run_from_table
+from bodyschema.cli.run_file import SenseEntry, run_from_record
 from bodyschema.errors import BodyschemaError, InputError
 from bodyschema.senses.observations import Observations
 from bodyschema.senses.points import Points
@@ -41,11 +41,7 @@ def recall(document: Mapping[str, Any], body: Body, robot: Path | None = None) -
     Raises:
         InputError: the run does not say what was seen.
     """
-    known = {field.name for field in fields(RunFile)}
-    table = {key: value for key, value in document.items() if key in known}
-    run = run_from_table(table, Path.cwd(), "run.json")
-    if not run.senses:
-        raise InputError("run.json does not say what was seen; calibrate from a run file.")
+    run = run_from_record(document)
     visuals: tuple[Visual, ...] = ()
     notes: list[str] = []
     if robot is not None and not robot.is_file():
