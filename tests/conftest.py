@@ -13,6 +13,12 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 SHARED = Path(os.environ.get("BODYSCHEMA_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep the tests out of the user's cache folder."""
+    os.environ["BODYSCHEMA_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Callable[[str], Path]:
     """Return the folder of a recorded data set; skip where there is none, fail in CI."""

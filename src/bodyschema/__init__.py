@@ -12,25 +12,48 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 if TYPE_CHECKING:
+    from bodyschema.acting.inverse_kinematics import Aim, InverseKinematics
     from bodyschema.acting.next_poses import plan_poses
-    from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
+    from bodyschema.acting.reaching import reach
+    from bodyschema.acting.robot import Robot
+    from bodyschema.body.camera import Camera
+    from bodyschema.body.parameters import (
+        Parameters,
+        free_frame,
+        free_joints,
+        free_skeleton,
+        join,
+    )
     from bodyschema.body.tree import Body
     from bodyschema.errors import BodyschemaError, InputError, MissingExtraError
+    from bodyschema.imagination.surface import Surface
     from bodyschema.learning.batch import LevenbergMarquardt
     from bodyschema.learning.calibrate import calibrate
     from bodyschema.learning.calibration import Calibration
+    from bodyschema.learning.determinable import determinable
     from bodyschema.learning.estimate import Estimate
     from bodyschema.learning.gauss_newton import GaussNewton
+    from bodyschema.learning.online_gradient import OnlineGradient
+    from bodyschema.learning.replay import Replay
+    from bodyschema.learning.shortest_links import with_shortest_links
+    from bodyschema.learning.skeleton_problem import learn_skeleton
+    from bodyschema.learning.smoother import Smoother
     from bodyschema.monitoring.change import detect_change
+    from bodyschema.monitoring.innovations import Candidate
+    from bodyschema.monitoring.link_change import LinkMonitor
     from bodyschema.recording.recording import Recording
     from bodyschema.senses.points import Points
     from bodyschema.senses.poses import Poses
+    from bodyschema.senses.touches import Touches
 
 _HOMES = {
+    "Camera": "body.camera",
+    "Surface": "imagination.surface",
     "Body": "body.tree",
     "Parameters": "body.parameters",
     "free_joints": "body.parameters",
     "free_frame": "body.parameters",
+    "free_skeleton": "body.parameters",
     "join": "body.parameters",
     "BodyschemaError": "errors",
     "InputError": "errors",
@@ -38,34 +61,63 @@ _HOMES = {
     "Recording": "recording.recording",
     "Points": "senses.points",
     "Poses": "senses.poses",
+    "Touches": "senses.touches",
     "Estimate": "learning.estimate",
     "LevenbergMarquardt": "learning.batch",
     "GaussNewton": "learning.gauss_newton",
+    "OnlineGradient": "learning.online_gradient",
+    "Replay": "learning.replay",
     "Calibration": "learning.calibration",
     "calibrate": "learning.calibrate",
+    "learn_skeleton": "learning.skeleton_problem",
+    "determinable": "learning.determinable",
+    "with_shortest_links": "learning.shortest_links",
+    "Smoother": "learning.smoother",
     "detect_change": "monitoring.change",
+    "Candidate": "monitoring.innovations",
+    "LinkMonitor": "monitoring.link_change",
     "plan_poses": "acting.next_poses",
+    "Aim": "acting.inverse_kinematics",
+    "InverseKinematics": "acting.inverse_kinematics",
+    "Robot": "acting.robot",
+    "reach": "acting.reaching",
 }
 
 __all__ = [
+    "Aim",
     "Body",
     "BodyschemaError",
     "Calibration",
+    "Candidate",
+    "Camera",
     "Estimate",
     "GaussNewton",
     "InputError",
+    "InverseKinematics",
     "LevenbergMarquardt",
+    "LinkMonitor",
     "MissingExtraError",
+    "OnlineGradient",
     "Parameters",
     "Points",
     "Poses",
     "Recording",
+    "Replay",
+    "Robot",
+    "Surface",
+    "Touches",
+    "Smoother",
     "calibrate",
     "detect_change",
+    "determinable",
     "free_frame",
     "free_joints",
+    "free_skeleton",
     "join",
+    "learn_skeleton",
     "plan_poses",
+    "reach",
+    "with_shortest_links",
 ]
 
 

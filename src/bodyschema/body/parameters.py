@@ -43,6 +43,9 @@ PRIOR_STD = {"offset": 0.1, "shift": 0.02, "gear": 0.02, "axis": 0.02, "link": 0
 UNKNOWN_POSITION, UNKNOWN_TURN = 1.0, 1.0
 """m and rad: prior round the closed-form start of a frame that nobody measured."""
 
+UNKNOWN_AXIS, UNKNOWN_LINK = 1.0, 0.1
+"""rad and m: prior of a joint of which nothing but its place in the tree is known."""
+
 
 @dataclass(frozen=True)
 class Parameters:
@@ -208,6 +211,23 @@ def free_frame(
             for c in range(3)
         ]
     return _table(rows)
+
+
+def free_skeleton(
+    body: Body, axis_std: float = UNKNOWN_AXIS, link_std: float = UNKNOWN_LINK
+) -> Parameters:
+    """Free all that a skeleton is made of: the axis and link of every joint, the link of every
+    fixed frame; with a prior as wide as for a body that nobody has measured.
+
+    Args:
+        body: the body, or a guess of it.
+        axis_std: prior of each tangent component of an axis, rad.
+        link_std: prior of each coordinate of a link, m.
+    """
+    fixed = [name for name, kind in zip(body.frames, body.kind, strict=True) if kind == FIXED]
+    frames = [free_frame(body, name, link_std, None) for name in fixed if name != body.frames[0]]
+    free = join(free_joints(body, ("axes", "links")), *frames)
+    return free.with_prior(np.where(free.code == AXIS, axis_std, link_std))
 
 
 def join(*parts: Parameters) -> Parameters:

@@ -43,7 +43,7 @@ class Visual:
 
 @dataclass(frozen=True)
 class Body:
-    """The model that a robot has of itself. Built by `from_urdf`, `from_dh`, `random_chain`."""
+    """The model that a robot has of itself, from a URDF, a DH table or a bare arrangement."""
 
     name: str
     frames: tuple[str, ...]
@@ -88,6 +88,13 @@ class Body:
         from bodyschema.body.dh import read_dh
 
         return read_dh(Path(path))
+
+    @classmethod
+    def from_arrangement(cls, path: str | Path) -> Body:
+        """A body of unknown geometry, from the order of its joints; see `body.arrangement`."""
+        from bodyschema.body.arrangement import read_arrangement
+
+        return read_arrangement(Path(path)).body()
 
     @classmethod
     def random_chain(cls, n_joints: int, rng: np.random.Generator) -> Body:

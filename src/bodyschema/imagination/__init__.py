@@ -1,0 +1,1 @@
+"""How the body would look to its own cameras, and how well that fits what they see."""
