@@ -8,6 +8,12 @@ fr3     5-fold held-out error of the flange (link8), clean, and with 15 % of the
         which goes into the URDF. "recursive" is the recursive learner in one pass, body alone;
         compare it with "batch_body_alone".
 talos   held-out error of the point, with joint offsets and with the model that was chosen.
+        "nominal_rms_mm" is the robot as modelled, tracker and point placed from all training
+        samples. "one_pass" are the online learners, one pass over each training set, begun with
+        tracker and point placed from its first 12 samples ("started"): recursive Gauss-Newton and
+        the smoother with joint offsets and with the full model, gradient and pool with axes and
+        links, which are all they can learn; the pool takes nothing of them from the model.
+        "from_nothing" is the skeleton learned without the URDF, from the order of the joints alone.
 tiago   what `calibrate` says of a recording with a clock fault.
 """
 
@@ -17,7 +23,8 @@ import argparse
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +32,17 @@ import numpy as np
 
 import bodyschema as bs
 from bodyschema import lie
+from bodyschema.body.arrangement import Arrangement, JointEntry
 from bodyschema.body.dh import DHRow, body_from_dh
 from bodyschema.body.kinematics import relative_pose
+from bodyschema.learning.batch import Fit
 from bodyschema.learning.discrepancy import learn_discrepancy
-from bodyschema.learning.held_out import outlier_free
+from bodyschema.learning.held_out import folds_of, held_out, outlier_free
 from bodyschema.learning.learner import run
-from bodyschema.learning.problem import Problem
+from bodyschema.learning.one_pass import BURN_IN, Fitting, LearnerName, fitting
+from bodyschema.learning.problem import Knowledge, Problem
 from bodyschema.recording.tables import open_recording
+from bodyschema.senses.observations import Observations
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -141,16 +152,22 @@ def fr3_recursive(data: Path) -> Score:
     return Score(errors, float(np.mean(seconds)))
 
 
-def talos(data: Path, groups: Sequence[str] | None) -> dict[str, Any]:
-    """Held-out error of TALOS's left arm with tracker frame and point unknown."""
+def talos_recording(data: Path) -> tuple[bs.Body, bs.Points]:
+    """TALOS with a frame for the tracker and for the point on its left hand, and what was seen."""
     folder = data / "figaroh_talos_contact"
     body = bs.Body.from_urdf(folder / "talos_left_arm_chain.urdf")
     recording = open_recording(folder / "data.csv")
     q = recording.matrix(body.joints, "rad")[0]
     points = recording.matrix(["x1", "y1", "z1"], "m")[0]
     body = body.attach("tracker", "base_link").attach("point", "gripper_left_base_link")
-    sense = bs.Points.make(q, points, "tracker", "point")
-    answer = bs.calibrate(body, [sense], {"tracker": "no", "point": "no"}, groups)
+    return body, bs.Points.make(q, points, "tracker", "point")
+
+
+def talos(data: Path, groups: Sequence[str] | None) -> dict[str, Any]:
+    """Held-out error of TALOS's left arm with tracker frame and point unknown."""
+    body, sense = talos_recording(data)
+    frames: dict[str, Knowledge] = {"tracker": "no", "point": "no"}
+    answer = bs.calibrate(body, [sense], frames, groups)
     position = answer.held_out.position
     return {
         "groups": list(answer.groups),
@@ -160,6 +177,60 @@ def talos(data: Path, groups: Sequence[str] | None) -> dict[str, Any]:
         "max_mm": 1e3 * position.max,
         "seconds": answer.seconds,
     }
+
+
+ONLINE: dict[str, tuple[LearnerName, Sequence[str]]] = {
+    "gauss_newton_offsets": ("gauss-newton", ("offsets",)),
+    "gauss_newton_full": ("gauss-newton", FULL),
+    "smoother_offsets": ("smoother", ("offsets",)),
+    "smoother_full": ("smoother", FULL),
+    "gradient_axes_links": ("online-gradient", ("axes", "links")),
+    "pool_axes_links": ("pool", ("axes", "links")),
+}
+
+
+def talos_online(data: Path) -> dict[str, dict[str, float]]:
+    """Held-out errors of the online learners on TALOS, and of where they begin."""
+    body, sense = talos_recording(data)
+    frames: dict[str, Knowledge] = {"tracker": "no", "point": "no"}
+    problem = Problem(body, (sense,), frames, body.joints)
+
+    def begun(parameters: bs.Parameters, senses: Sequence[Observations]) -> Fit:
+        return problem.fit(parameters, [senses[0].take(range(BURN_IN))])
+
+    fits = {name: (fitting(problem, learner), free) for name, (learner, free) in ONLINE.items()}
+    return {
+        name: held_out_score(problem, fit, problem.parameters(free)).json()
+        for name, (fit, free) in {"started": (begun, ()), **fits}.items()
+    }
+
+
+def talos_skeleton(data: Path) -> dict[str, Any]:
+    """Held-out error of TALOS's skeleton learned without its URDF."""
+    body, sense = talos_recording(data)
+    joints = {
+        joint: JointEntry(above) for joint, above in pairwise(reversed(("base", *body.joints)))
+    }
+    ordered = {joint: joints[joint] for joint in body.joints}
+    unknown = Arrangement("talos", "base", ordered, {"point": body.joints[-1]}, None).body()
+    answer = bs.learn_skeleton(unknown, [replace(sense, seen_from="base")])
+    return {
+        "verdict": answer.verdict,
+        "standing_still_rms_mm": 1e3 * answer.nominal.position.rms,
+        "rms_mm": 1e3 * answer.held_out.position.rms,
+        "median_mm": 1e3 * answer.held_out.position.median,
+        "max_mm": 1e3 * answer.held_out.position.max,
+        "seconds": answer.seconds,
+    }
+
+
+def held_out_score(problem: Problem, fit: Fitting, parameters: bs.Parameters) -> Score:
+    """Held-out errors of one sense, with the mean time of a fit."""
+    folds = folds_of(problem.senses, 5, 0)
+    begin = time.perf_counter()
+    test = held_out(lambda s: fit(parameters, s), problem.senses, folds, problem.learner)
+    seconds = (time.perf_counter() - begin) / len(folds)
+    return Score(1e3 * np.linalg.norm(test.residuals[0], axis=1), seconds)
 
 
 def tiago(data: Path) -> dict[str, Any]:
@@ -199,7 +270,12 @@ def measure(data: Path) -> dict[str, Any]:
     arm["batch_body_alone"] = arm["clean"]["body_alone"]
     return {
         "fr3": arm,
-        "talos": {"offsets": talos(data, ["offsets"]), "chosen": talos(data, None)},
+        "talos": {
+            "offsets": talos(data, ["offsets"]),
+            "chosen": talos(data, None),
+            "one_pass": talos_online(data),
+            "from_nothing": talos_skeleton(data),
+        },
         "tiago": tiago(data),
     }
 

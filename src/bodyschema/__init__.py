@@ -33,20 +33,31 @@ if TYPE_CHECKING:
     from bodyschema.learning.determinable import determinable
     from bodyschema.learning.estimate import Estimate
     from bodyschema.learning.gauss_newton import GaussNewton
+    from bodyschema.learning.hand_eye_calibration import HandEye, solve_hand_eye
+    from bodyschema.learning.hand_eye_points import HandEyePoints
+    from bodyschema.learning.linear_relation import PaperRelation
     from bodyschema.learning.online_gradient import OnlineGradient
+    from bodyschema.learning.pose_streams import JoinedStreams, join_streams
     from bodyschema.learning.replay import Replay
     from bodyschema.learning.shortest_links import with_shortest_links
     from bodyschema.learning.skeleton_problem import learn_skeleton
     from bodyschema.learning.smoother import Smoother
+    from bodyschema.learning.stereo_points import Stereo, StereoPoints
     from bodyschema.monitoring.change import detect_change
     from bodyschema.monitoring.innovations import Candidate
     from bodyschema.monitoring.link_change import LinkMonitor
+    from bodyschema.monitoring.machine import Machine
     from bodyschema.recording.recording import Recording
     from bodyschema.senses.points import Points
     from bodyschema.senses.poses import Poses
     from bodyschema.senses.touches import Touches
 
 _HOMES = {
+    "PaperRelation": "learning.linear_relation",
+    "Machine": "monitoring.machine",
+    "StereoPoints": "learning.stereo_points",
+    "Stereo": "learning.stereo_points",
+    "HandEyePoints": "learning.hand_eye_points",
     "Camera": "body.camera",
     "Surface": "imagination.surface",
     "Body": "body.tree",
@@ -65,6 +76,10 @@ _HOMES = {
     "Estimate": "learning.estimate",
     "LevenbergMarquardt": "learning.batch",
     "GaussNewton": "learning.gauss_newton",
+    "HandEye": "learning.hand_eye_calibration",
+    "solve_hand_eye": "learning.hand_eye_calibration",
+    "JoinedStreams": "learning.pose_streams",
+    "join_streams": "learning.pose_streams",
     "OnlineGradient": "learning.online_gradient",
     "Replay": "learning.replay",
     "Calibration": "learning.calibration",
@@ -88,25 +103,32 @@ __all__ = [
     "Body",
     "BodyschemaError",
     "Calibration",
-    "Candidate",
     "Camera",
+    "Candidate",
     "Estimate",
     "GaussNewton",
+    "HandEye",
+    "HandEyePoints",
     "InputError",
     "InverseKinematics",
+    "JoinedStreams",
     "LevenbergMarquardt",
     "LinkMonitor",
+    "Machine",
     "MissingExtraError",
     "OnlineGradient",
+    "PaperRelation",
     "Parameters",
     "Points",
     "Poses",
     "Recording",
     "Replay",
     "Robot",
+    "Smoother",
+    "Stereo",
+    "StereoPoints",
     "Surface",
     "Touches",
-    "Smoother",
     "calibrate",
     "detect_change",
     "determinable",
@@ -114,9 +136,11 @@ __all__ = [
     "free_joints",
     "free_skeleton",
     "join",
+    "join_streams",
     "learn_skeleton",
     "plan_poses",
     "reach",
+    "solve_hand_eye",
     "with_shortest_links",
 ]
 

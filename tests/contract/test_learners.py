@@ -11,10 +11,15 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import Parameters
+from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
 from bodyschema.body.tree import Body
 from bodyschema.learning.gauss_newton import GaussNewton
 from bodyschema.learning.learner import Learner, in_time_order, run
+from bodyschema.learning.online_gradient import OnlineGradient
+from bodyschema.learning.replay import Replay
+from bodyschema.learning.smoother import Smoother
+from bodyschema.monitoring.innovations import Candidate
+from bodyschema.monitoring.link_change import LinkMonitor
 from bodyschema.senses.observations import Observations
 from simulated import drawn, free_all, points, poses, postures, seen_arm
 
@@ -23,15 +28,30 @@ Array = NDArray[np.float64]
 LEARNERS: dict[str, Learner[Any, Any]] = {
     "gauss_newton": GaussNewton(),
     "gauss_newton_forgetting": GaussNewton(forgetting=0.99),
+    "smoother": Smoother(),
+    "link_monitor": LinkMonitor((Candidate("tool", ("tool.link_x", "tool.link_y"), 0.1),)),
+    "online_gradient": OnlineGradient(1.0, "normalised"),
+    "replay": Replay(size=15),
 }
 """Name -> settings."""
+
+SKELETON_ONLY = (OnlineGradient, Replay)
+"""Learners of axes and links, from points alone, without a covariance."""
+
+LEFT = {"online_gradient": 0.25}
+"""Share of the error that may be left, where it is more than 0.05: one pass is too few for some."""
 
 POINTS, POSES = 25, 35
 
 
 @pytest.fixture(scope="module", params=LEARNERS)
-def learner(request: pytest.FixtureRequest) -> Learner[Any, Any]:
-    return LEARNERS[request.param]
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def learner(name: str) -> Learner[Any, Any]:
+    return LEARNERS[name]
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +60,10 @@ def nominal() -> Body:
 
 
 @pytest.fixture(scope="module")
-def parameters(nominal: Body) -> Parameters:
+def parameters(learner: Learner[Any, Any], nominal: Body) -> Parameters:
+    if isinstance(learner, SKELETON_ONLY):
+        tool = free_frame(nominal, "tool", turn_std=None)
+        return join(free_joints(nominal, ("axes", "links")), tool)
     return free_all(nominal)
 
 
@@ -50,12 +73,12 @@ def truth(nominal: Body, parameters: Parameters) -> Body:
 
 
 @pytest.fixture(scope="module")
-def senses(truth: Body) -> list[Observations]:
+def senses(learner: Learner[Any, Any], truth: Body) -> list[Observations]:
     """The tip every 0.7 s, the tool's pose every 0.5 s: moments interleave, and some coincide."""
     rng = np.random.default_rng(2)
     seen = points(truth, postures(POINTS, truth, rng), rng, seen="tip")
-    posed = poses(truth, postures(POSES, truth, rng), rng)
-    return [_timed(seen, 0.7), _timed(posed, 0.5)]
+    look = points if isinstance(learner, SKELETON_ONLY) else poses
+    return [_timed(seen, 0.7), _timed(look(truth, postures(POSES, truth, rng), rng), 0.5)]
 
 
 def _timed(sense: Observations, step: float) -> Observations:
@@ -77,7 +100,7 @@ def test_run_gives_one_state_a_sample_in_time_order(
     times = [float(sample.time[0]) for sample in fed]
     assert times == sorted(np.concatenate([sense.time for sense in senses]).tolist())
     # Within a moment, senses come in the order in which they were given.
-    assert [type(sample).__name__ for sample in fed if sample.time[0] == 3.5] == ["Points", "Poses"]
+    assert [sample.seen for sample in fed if sample.time[0] == 3.5] == ["tip", "tool"]
     state = learner.start(nominal, parameters)
     for sample, (expected, _) in zip(fed, steps, strict=True):
         state, _ = learner.step(state, sample)
@@ -117,23 +140,33 @@ def test_a_state_that_was_saved_steps_on_as_before(
     assert _same(state, straight)
 
 
-def test_it_learns_and_knows_that_it_did(
+def test_it_learns(
+    name: str,
     learner: Learner[Any, Any],
     nominal: Body,
     parameters: Parameters,
     senses: list[Observations],
     truth: Body,
 ) -> None:
+    *_, (state, _) = run(learner, learner.start(nominal, parameters), senses)
+    taught = state.body if isinstance(learner, SKELETON_ONLY) else state.estimate.body
+    q = postures(100, truth, np.random.default_rng(3))
+    true, before, after = (
+        relative_pose(body, q, "tracker", "tool")[:, :3, 3] for body in (truth, nominal, taught)
+    )
+    left = np.linalg.norm(after - true) / np.linalg.norm(before - true)
+    assert left < LEFT.get(name, 0.05)
+
+
+def test_it_knows_that_it_did(
+    learner: Learner[Any, Any], nominal: Body, parameters: Parameters, senses: list[Observations]
+) -> None:
+    if isinstance(learner, SKELETON_ONLY):
+        pytest.skip("has no covariance")
     start = learner.start(nominal, parameters)
     assert (start.estimate.x == 0).all()
     assert start.estimate.std == pytest.approx(parameters.prior_std)
     *_, (state, _) = run(learner, start, senses)
-    q = postures(100, truth, np.random.default_rng(3))
-    true, before, after = (
-        relative_pose(body, q, "tracker", "tool")[:, :3, 3]
-        for body in (truth, nominal, state.estimate.body)
-    )
-    assert np.linalg.norm(after - true) < 0.05 * np.linalg.norm(before - true)
     covariance = state.estimate.covariance
     assert (covariance == covariance.T).all()
     assert np.linalg.eigvalsh(covariance).min() > 0

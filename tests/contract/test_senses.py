@@ -17,16 +17,19 @@ from bodyschema.errors import InputError
 from bodyschema.senses.observations import Observations, concatenate
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
+from bodyschema.senses.touches import Touches
 
 Array = NDArray[np.float64]
 
 SENSES: dict[str, Callable[[Array, Array], Observations]] = {
     "points": lambda q, T: Points.make(q, T[:, :3, 3], "camera", "tip"),
     "poses": lambda q, T: Poses.make(q, T, "camera", "tip"),
+    "touches": lambda q, T: Touches.make(q, T[:, :3, :3] @ V + T[:, :3, 3], V, "camera", "tip"),
 }
 """Name -> observations from q (n, n_joints) and the true T_camera_tip (n, 4, 4)."""
 
 N = 6
+V = np.array([0.1, -0.2, 0.3])
 
 
 @pytest.fixture(scope="module")

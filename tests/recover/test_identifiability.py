@@ -157,7 +157,9 @@ def test_links_slide_along_axes(sense: str, body: Body, q: Array, rng: np.random
     found = told(body, free_joints(body, ["links"]), [SENSES[sense](body, q, rng)])
     assert len(found.directions) == N - 1
     assert all(direction.inherent for direction in found.directions)
-    assert all("fix one of them as modelled" in sentence for sentence in found.sentences)
+    names = [sentence.partition(":")[0] for sentence in found.sentences]
+    assert names == [f"joint_{i} slides along its axis" for i in range(1, N)]
+    assert all("fix its link as modelled" in sentence for sentence in found.sentences)
     assert all(len(direction.members) >= 2 for direction in found.directions)
 
 

@@ -1,6 +1,7 @@
 """The command line: `bodyschema VERB`, one file a verb.
 
-Exit codes: 0 done; 1 the answer is "no" (refused, changed); 2 the input cannot be used.
+Exit codes: 0 done; 1 the answer is "no" (refused, changed); 2 the input cannot be used; 130 stopped
+by Ctrl-C.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ def run(arguments: Sequence[str]) -> int:
     from bodyschema.cli.plan import PlanPoses
     from bodyschema.cli.report import Report
     from bodyschema.cli.simulate import Simulate
+    from bodyschema.cli.study import ListStudies, study_verb
 
     verbs = (
         Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
@@ -44,15 +46,19 @@ def run(arguments: Sequence[str]) -> int:
         | Annotated[Report, tyro.conf.subcommand("report")]
         | Annotated[Report, tyro.conf.subcommand("view")]
         | Annotated[Export, tyro.conf.subcommand("export")]
-    )
-    verb = tyro.cli(
-        verbs,
-        prog="bodyschema",
-        description="Keeps a robot's model of its own body true while the robot works.",
-        args=list(arguments) or ["--help"],
-        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+        | Annotated[ListStudies, tyro.conf.subcommand("study")]
     )
     try:
+        if list(arguments[:1]) == ["study"]:
+            # Each study has flags of its own; only the one that is asked for is loaded.
+            return study_verb(arguments[1:]).run()
+        verb = tyro.cli(
+            verbs,
+            prog="bodyschema",
+            description="Keeps a robot's model of its own body true while the robot works.",
+            args=list(arguments) or ["--help"],
+            config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+        )
         return int(verb.run())
     except BodyschemaError as error:
         print(f"bodyschema: {error}", file=sys.stderr)

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from bodyschema.export.calibration_yaml import OPEN, predicted_errors
+from bodyschema.export.calibration_yaml import OPEN, predicted_errors, skeleton_entries
 from bodyschema.learning.calibration import Accuracy, Calibration, describe_groups
 from bodyschema.learning.clock import FALSE_ALARM
 from bodyschema.learning.held_out import Errors
@@ -30,7 +30,9 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     return {
         "verdict": calibration.verdict,
         "explanation": calibration.explanation,
+        "learner": calibration.learner,
         "groups": list(calibration.groups),
+        "skeleton": skeleton_entries(calibration),
         "nominal": accuracy_json(calibration.nominal),
         "held_out": accuracy_json(calibration.held_out),
         "held_out_with_residual_field": accuracy_json(calibration.with_field),
@@ -89,13 +91,16 @@ def print_answer(console: Console, document: Mapping[str, Any]) -> None:
         console: where to.
         document: what calibration.yaml holds; see `calibration_document`.
     """
-    colour = {"calibrated": "green", "only frames": "yellow", "refused": "red"}
+    colour = {"calibrated": "green", "learned": "green", "only frames": "yellow", "refused": "red"}
     verdict = document["verdict"]
     style = colour.get(verdict, "white")
     console.print(f"\n[bold {style}]{verdict}[/]  {escape(document['explanation'])}\n")
     console.print(_error_table(document))
     console.print(_prediction(document), highlight=False)
-    console.print(_parameter_table(document["parameters"]))
+    if document.get("skeleton"):
+        console.print(_skeleton_table(document["skeleton"]))
+    else:
+        console.print(_parameter_table(document["parameters"]))
     sentences = document["not_determined"]
     if sentences:
         console.print("[bold]What these data cannot tell[/]")
@@ -137,20 +142,23 @@ def _warnings(document: Mapping[str, Any]) -> list[str]:
             f"left out of the errors above: {shown}{more}"
         )
     if not document["converged"]:
-        lines.append("[bold yellow]The fit had not settled[/] when the iterations ran out.")
+        learner = document.get("learner", "batch")
+        when = "the iterations ran out" if learner == "batch" else f"{learner} had seen all samples"
+        lines.append(f"[bold yellow]The fit had not settled[/] when {when}.")
     return lines
 
 
 def _error_table(document: Mapping[str, Any]) -> Table:
     table = Table(title=f"Held-out error over {document['rows']} rows", title_justify="left")
-    held_out = document["held_out"]
+    held_out, learned = document["held_out"], document.get("skeleton")
+    corrected = describe_groups(document["groups"]) + " corrected"
     posed = held_out["after"]["rotation_deg"] is not None
     heads = ("", "rms mm", "median mm", "max mm", *(("rms deg",) if posed else ()))
     for head in heads:
         table.add_column(head, justify="left" if not head else "right")
     named = (
-        ("as modelled", held_out["before"]),
-        (describe_groups(document["groups"]) + " corrected", held_out["after"]),
+        ("markers that stand still" if learned else "as modelled", held_out["before"]),
+        ("the learned skeleton" if learned else corrected, held_out["after"]),
         ("... with the residual field", held_out["after_with_residual_field"]),
     )
     for name, accuracy in named:
@@ -158,6 +166,19 @@ def _error_table(document: Mapping[str, Any]) -> Table:
         if posed:
             cells.append(_number(accuracy["rotation_deg"]["rms"], 3))
         table.add_row(name, *cells)
+    return table
+
+
+def _skeleton_table(skeleton: Mapping[str, Mapping[str, Any]]) -> Table:
+    title = "Skeleton: axis of each joint, and its centre in the link it hangs on"
+    table = Table(title=title, title_justify="left")
+    for head in ("joint", "hangs on", "axis", "± deg", "link mm"):
+        table.add_column(head, justify="left" if head in ("joint", "hangs on") else "right")
+    for joint, entry in skeleton.items():
+        axis = " ".join(f"{a:+.2f}" for a in entry["axis"])
+        link = " ".join(f"{1e3 * c:+.0f}" for c in entry["link"])
+        error = f"{math.degrees(entry['axis_std']):.2f}"
+        table.add_row(escape(joint), escape(entry["parent"]), axis, error, link)
     return table
 
 
@@ -175,3 +196,14 @@ def _parameter_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
 
 def _number(value: float | None, decimals: int) -> str:
     return "-" if value is None else f"{value:.{decimals}f}"
+
+
+def finite(value: object) -> object:
+    """JSON has no NaN and no infinity: null says that there is no number."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

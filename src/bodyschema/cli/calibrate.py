@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 import shlex
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import tyro
 
+from bodyschema.body.arrangement import read_arrangement
+from bodyschema.cli.markers import marker_senses, skeleton_run
 from bodyschema.cli.run_file import (
     FrameEntry,
     FreeEntry,
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from bodyschema.learning.calibration import Calibration
 
 Group = Literal["offsets", "gears", "axes", "links"]
+LearnerName = Literal["batch", "gauss-newton", "smoother", "online-gradient", "pool"]
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,10 @@ class Calibrate:
     Describe the run in a TOML file (see docs/run_file), or by flags for one sense:
 
     bodyschema calibrate --robot arm.urdf --recording data.csv --columns x y z --hand gripper
+
+    A robot without a description is learned from which joint hangs on which:
+
+    bodyschema calibrate --skeleton arrangement.toml --recording data.csv
     """
 
     run_file: Annotated[tyro.conf.Positional[Path | None], tyro.conf.arg(metavar="RUN.toml")] = None
@@ -47,12 +54,17 @@ class Calibrate:
     """Joint parameters to correct; chosen by held-out error when absent."""
     joints: tuple[str, ...] | None = None
     """Joints that may be wrong; those between the frames when absent."""
+    learner: LearnerName | None = None
+    """"batch" takes all samples at once, the others one after the other in one pass."""
     robot: Path | None = None
     """URDF, xacro, or DH table (.toml, .json)."""
+    skeleton: Path | None = None
+    """Instead of a robot: an arrangement of joints and markers (.toml)."""
     recording: tuple[Path, ...] = ()
     """CSV or Parquet; several files are joined row by row."""
     columns: tuple[str, ...] = ()
-    """Columns of what was seen: three for points, as many as --layout needs for poses."""
+    """Columns of what was seen: three for points, as many as --layout needs for poses; three for
+    each marker of a skeleton, MARKER_x, MARKER_y and MARKER_z when absent."""
     layout: str = "xyz"
     """"xyz" for a point; matrix3x4, matrix4x4, xyz_xyzw, xyz_wxyz, xyz_rpy or xyz_rotvec."""
     unit: str = "m"
@@ -74,7 +86,7 @@ class Calibrate:
         """Calibrate and write; returns 1 when refused."""
         from rich.console import Console
 
-        from bodyschema.cli.answer import as_json, print_answer
+        from bodyschema.cli.answer import as_json, finite, print_answer
         from bodyschema.export.calibration_yaml import calibration_document
         from bodyschema.export.result_folder import check_place, write_result
 
@@ -84,38 +96,28 @@ class Calibrate:
         answer = as_json(calibration)
         refused = self._refuses(calibration)
         if not refused:
-            nominal, source = loaded.nominal, Path(run.robot)
+            nominal, source = loaded.nominal, run.description
             write_result(
                 calibration, nominal, source, self.out, asdict(run), self.overwrite, report
             )
             answer["folder"] = str(self.out)
             answer["urdf"] = str(self.out / "robot.urdf")
         if self.json:
-            print(json.dumps(_finite(answer)))
+            print(json.dumps(finite(answer)))
         else:
             console = Console()
             print_answer(console, calibration_document(calibration))
-            text = self._farewell(refused, bool(report))
+            text = self._farewell(refused, bool(report), bool(run.skeleton))
             console.print(text, highlight=False, soft_wrap=True)
         return 1 if refused else 0
 
     def _work(self, run: RunFile, notes: Console) -> tuple[Loaded, Calibration, dict[str, bytes]]:
         """Load, calibrate and draw the report, telling what is being done."""
         from bodyschema.cli.loading import load
-        from bodyschema.learning.calibrate import calibrate
 
         with notes.status("reading") as status:
             loaded = load(run)
-            calibration = calibrate(
-                loaded.body,
-                loaded.senses,
-                loaded.frames,
-                groups=run.free.groups,
-                joints=run.free.joints,
-                folds=run.folds,
-                seed=run.seed,
-                progress=status.update,
-            )
+            calibration = _calibration(run, loaded, status.update)
             if self._refuses(calibration):
                 return loaded, calibration, {}
             status.update("report")
@@ -130,7 +132,7 @@ class Calibrate:
         from bodyschema.export.result_folder import run_record
         from bodyschema.report.report import report_html
 
-        record = {**run_record(Path(run.robot), asdict(run)), "command": self.command()}
+        record = {**run_record(run.description, asdict(run)), "command": self.command()}
         page = report_html(calibration, loaded.nominal, loaded.senses, record)
         return {"report.html": page.encode()}
 
@@ -151,10 +153,27 @@ class Calibrate:
 
     def resolved(self) -> RunFile:
         """The run file, with the flags laid over it."""
-        run = self._from_flags() if self.run_file is None else read_run_file(self.run_file)
+        run = self._described()
+        if run.skeleton and not run.senses:
+            markers = marker_senses(read_arrangement(Path(run.skeleton)), self.columns, self.unit)
+            run = replace(run, senses=markers)
         groups = run.free.groups if self.free is None else self.free
         free = FreeEntry(groups, self.joints or run.free.joints)
-        return replace(run, free=free)
+        return replace(run, free=free, learner=self.learner or run.learner)
+
+    def _described(self) -> RunFile:
+        if self.run_file is not None:
+            return read_run_file(self.run_file)
+        if self.skeleton is None:
+            return self._from_flags()
+        unused = {"--robot": self.robot, "--hand": self.hand, "--base": self.base}
+        given = [flag for flag, value in unused.items() if value]
+        if given:
+            raise InputError(
+                f"{' and '.join(given)} cannot go with --skeleton, whose arrangement says what "
+                "carries the markers and what looks."
+            )
+        return skeleton_run(self.skeleton, self.recording, self.joint_unit)
 
     def _from_flags(self) -> RunFile:
         missing = [
@@ -192,23 +211,37 @@ class Calibrate:
             senses=(sense,),
         )
 
-    def _farewell(self, refused: bool, reported: bool) -> str:
+    def _farewell(self, refused: bool, reported: bool, learned: bool) -> str:
         if refused:
-            return "\nNothing was written. Free less with --free, or insist with --force."
+            instead = "Record more" if learned else "Free less with --free"
+            return f"\nNothing was written. {instead}, or insist with --force."
         report = f"Report:          [bold]{self.out / 'report.html'}[/]\n" if reported else ""
+        robot = "Learned robot:  " if learned else "Corrected robot:"
+        check = f"bodyschema check {self.out} --recording tomorrow.csv"
+        export = f"bodyschema export {self.out} --robot other.urdf --out corrected.urdf"
         return (
-            f"\nCorrected robot: [bold]{self.out / 'robot.urdf'}[/]   "
+            f"\n{robot} [bold]{self.out / 'robot.urdf'}[/]   "
             f"all numbers: {self.out / 'calibration.yaml'}\n{report}"
-            f"Next: bodyschema export {self.out} --robot other.urdf --out corrected.urdf"
+            f"Next: {check if learned else export}"
         )
 
 
-def _finite(value: object) -> object:
-    """JSON has no NaN and no infinity: null says that there is no number."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+def _calibration(run: RunFile, loaded: Loaded, progress: Callable[[str], None]) -> Calibration:
+    """Correct the robot, or learn its skeleton."""
+    from bodyschema.learning.calibrate import calibrate
+    from bodyschema.learning.skeleton_problem import learn_skeleton
+
+    if run.skeleton:
+        learner = cast(LearnerName, run.learner)
+        return learn_skeleton(loaded.body, loaded.senses, run.folds, run.seed, progress, learner)
+    return calibrate(
+        loaded.body,
+        loaded.senses,
+        loaded.frames,
+        groups=run.free.groups,
+        joints=run.free.joints,
+        folds=run.folds,
+        seed=run.seed,
+        progress=progress,
+        learner=cast(LearnerName, run.learner),
+    )

@@ -44,7 +44,10 @@ def load(run: RunFile) -> Loaded:
     Raises:
         InputError: anything in them that cannot be used, in one sentence.
     """
-    nominal = read_robot(Path(run.robot), run.packages)
+    if run.skeleton:
+        nominal = Body.from_arrangement(run.skeleton)
+    else:
+        nominal = read_robot(Path(run.robot), run.packages)
     body = nominal
     for name, entry in run.frames.items():
         T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)

@@ -47,7 +47,8 @@ def recall(document: Mapping[str, Any], body: Body, robot: Path | None = None) -
     if robot is not None and not robot.is_file():
         raise InputError(f"no robot description at '{robot}'; give the path of a URDF file.")
     try:
-        visuals = read_robot(robot or Path(run.robot), run.packages).visuals
+        if robot or run.robot:
+            visuals = read_robot(robot or Path(run.robot), run.packages).visuals
     except BodyschemaError as error:
         notes.append(f"The robot description was not read again: {error}")
     try:

@@ -1,8 +1,10 @@
 """The run file: one TOML that names the robot, the recording, and what is seen of what.
 
     robot = "arm.urdf"                      # URDF, xacro, or a DH table (.toml, .json)
+    skeleton = "arm.toml"                   # instead: an arrangement, to learn the geometry of
     recording = "data.csv"                  # CSV or Parquet; a list of files is joined row by row
     time = "t"                              # optional: the column of times; "" if there is no clock
+    learner = "batch"                       # optional; or an online learner, see LEARNERS
 
     [joints]
     unit = "rad"                            # or "deg", "mrad"
@@ -27,7 +29,9 @@
     groups = ["offsets", "axes", "links"]   # chosen by held-out error when absent
     joints = ["elbow"]                      # those between the frames when absent
 
-Paths are relative to the run file. Keys that are not known are refused.
+Paths are relative to the run file. Keys that are not known are refused. With `skeleton` the frames
+are those of the arrangement (see `body.arrangement`), and [[senses]] may be left out: marker `hand`
+is then read from the columns hand_x, hand_y and hand_z, in m.
 """
 
 from __future__ import annotations
@@ -43,6 +47,9 @@ from bodyschema.errors import InputError, did_you_mean
 Table = TypeVar("Table")
 
 KNOWLEDGE = ("exactly", "roughly", "no")
+
+LEARNERS = ("batch", "gauss-newton", "smoother", "online-gradient", "pool")
+"""All samples at once; or one after the other in one pass, see `learning.one_pass`."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +105,14 @@ class RunFile:
     packages: dict[str, str] = field(default_factory=dict)
     folds: int = 5
     seed: int = 0
+    learner: str = "batch"
+    skeleton: str = ""
+    """Arrangement of a robot without a description; `robot` is empty then."""
+
+    @property
+    def description(self) -> Path:
+        """The file that describes the robot, or the arrangement."""
+        return Path(self.skeleton or self.robot)
 
 
 def read_run_file(path: Path) -> RunFile:
@@ -125,7 +140,8 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
     names = [recording] if isinstance(recording, str) else list(recording)
     entries = {
         **table,
-        "robot": str(here / table["robot"]) if "robot" in table else None,
+        "robot": str(here / table["robot"]) if table.get("robot") else "",
+        "skeleton": str(here / table["skeleton"]) if table.get("skeleton") else "",
         "recording": tuple(str(here / name) for name in names),
         "joints": _entry(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
         "frames": {
@@ -139,9 +155,16 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         "free": _entry(FreeEntry, table.get("free", {}), f"[free] of {where}"),
         "packages": {k: str(here / v) for k, v in table.get("packages", {}).items()},
     }
-    if entries["robot"] is None or not names:
-        missing = "robot" if entries["robot"] is None else "recording"
+    described = bool(entries["robot"]) + bool(entries["skeleton"])
+    if not described or not names:
+        missing = "recording" if described else "robot"
         raise InputError(f'{where} names no {missing}; add: {missing} = "path".')
+    if described > 1:
+        raise InputError(f"{where} names a robot and a skeleton; keep the one that you have.")
+    if entries["skeleton"] and entries["frames"]:
+        raise InputError(
+            f"{where} has [frames] beside a skeleton; name markers and camera in the arrangement."
+        )
     return _entry(RunFile, entries, where)
 
 
@@ -188,5 +211,10 @@ def _check(entry: object, where: str) -> None:
         raise InputError(
             f"kind = '{entry.kind}' in {where}{did_you_mean(entry.kind, ('points', 'poses'))}"
         )
-    if isinstance(entry, RunFile) and entry.folds < 2:
-        raise InputError(f"folds = {entry.folds} in {where}; at least 2 are needed.")
+    if isinstance(entry, RunFile):
+        if entry.folds < 2:
+            raise InputError(f"folds = {entry.folds} in {where}; at least 2 are needed.")
+        if entry.learner not in LEARNERS:
+            raise InputError(
+                f"learner = '{entry.learner}' in {where}{did_you_mean(entry.learner, LEARNERS)}"
+            )

@@ -23,7 +23,10 @@ NEEDED = ("verdict", "explanation", "held_out", "parameters", "not_determined", 
 HEADING = """\
 What a calibration found, written by bodyschema.
 offsets: the true joint value is its reading plus the offset (rad; m for prismatic joints).
-held_out: errors on samples that the fit had not seen; before is the robot as modelled.
+skeleton: of a robot that nobody had measured, axis and link (m) of each joint in its parent, with
+the axis' standard deviation (rad); null where a model was corrected.
+held_out: errors on samples that the fit had not seen; before is the robot as modelled, or markers
+that stand still where there was no model.
 predicted: errors of the corrected body stay below this with 95 %, where seen and anywhere;
 agreement is the share of held-out positions within their bounds, noise included.
 parameters: deviations from the model, of a frame that nobody measured from its first guess (where
@@ -75,7 +78,9 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "verdict": calibration.verdict,
         "explanation": calibration.explanation,
         "notes": list(notes),
+        "learner": calibration.learner,
         "groups": list(calibration.groups),
+        "skeleton": skeleton_entries(calibration),
         "held_out": {
             "before": _accuracy(calibration.nominal),
             "after": _accuracy(calibration.held_out),
@@ -99,6 +104,26 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "versions": versions(),
     }
     return document
+
+
+def skeleton_entries(calibration: Calibration) -> dict[str, dict[str, Any]] | None:
+    """Axis and link of each joint of a skeleton that was learned; None for a corrected model."""
+    if not calibration.from_nothing:
+        return None
+    body, estimate = calibration.body, calibration.estimate
+    std = dict(zip(estimate.parameters.names, estimate.std, strict=True))
+    return {
+        carrier: {
+            "parent": body.frames[body.parent[k]],
+            "axis": [rounded(float(a)) for a in body.axis[k]],
+            "axis_std": rounded(
+                float(np.hypot(std[f"{carrier}.axis_1"], std[f"{carrier}.axis_2"]))
+            ),
+            "link": [rounded(float(c)) for c in body.placement[k, :3, 3]],
+        }
+        for k, carrier in enumerate(body.carriers)
+        if f"{carrier}.axis_1" in std
+    }
 
 
 def predicted_errors(calibration: Calibration) -> list[dict[str, Any]]:

@@ -36,11 +36,11 @@ from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.learning.calibration import Calibration
 
-INPUT_KEYS = ("robot", "recording", "inputs")
+INPUT_KEYS = ("robot", "skeleton", "recording", "inputs")
 """Entries of a run that name files or folders that were read."""
 
 TABLES = (".toml", ".json")
-"""Suffixes of DH tables; any other robot description is a URDF or a xacro file."""
+"""Suffixes of DH tables and arrangements; any other description is a URDF or a xacro file."""
 
 
 def write_result(
@@ -59,7 +59,7 @@ def write_result(
         nominal: as described, without the frames that were attached.
         source: the robot description: URDF, xacro or DH table; None if there is no file.
         folder: where; new, empty, or with `overwrite` an earlier result, which is replaced.
-        run: what was asked. Paths under "robot", "recording" and "inputs" are hashed.
+        run: what was asked. Paths under INPUT_KEYS are hashed.
         overwrite: replace what is in the folder.
         more: further files by name, such as a report.
 

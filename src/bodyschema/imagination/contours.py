@@ -13,7 +13,7 @@ All sums are of integers: the result is the same for any number of threads (see 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,29 +136,6 @@ def silhouette(
     steps[r, a] += 1  # spans neither meet nor touch, so no place is named twice
     steps[r, b] -= 1
     return np.cumsum(steps[:, :-1], axis=1, dtype=np.int8).view(np.bool_)
-
-
-def warm_up(progress: Callable[[int, int, str], None] | None = None) -> None:
-    """Compile the kernels, or load them from the cache, before time matters.
-
-    Args:
-        progress: called with the steps done, the number of steps and the name of the next one.
-    """
-    surface = Surface.build({"": (np.eye(4)[:, :3], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])})
-    camera = Camera.from_fov("", "", 16, 16, 1.0)
-    T = np.eye(4)[None]
-    T[0, 2, 3] = 4.0
-    seen = ObservedMask.of(np.ones((16, 16)))
-    steps: dict[str, Callable[[], object]] = {
-        "silhouettes": lambda: silhouette_spans(surface, T, camera),
-        "fit to masks": lambda: fit_contours(surface, T[None, None], [camera], [seen]),
-    }
-    for i, (name, step) in enumerate(steps.items()):
-        if progress:
-            progress(i, len(steps), name)
-        step()
-    if progress:
-        progress(len(steps), len(steps), "ready")
 
 
 @kernel

@@ -109,11 +109,11 @@ def strongest_gradient(image: ArrayLike) -> tuple[NDArray[Any], NDArray[Any]]:
 
 def _joined(layers: NDArray[np.int32], turn_cost: float, truncation: float) -> Shorts:
     """D from the distances D_j of each channel alone, both (K, height, width) in 1/256 pixel."""
-    step = round(turn_cost * np.pi / CHANNELS * UNIT)
     best = layers.copy()
     for away in range(1, CHANNELS // 2 + 1):
+        cost = round(turn_cost * away * np.pi / CHANNELS * UNIT)
         for shift in (away, -away):
-            np.minimum(best, np.roll(layers, shift, axis=0) + away * step, out=best)
+            np.minimum(best, np.roll(layers, shift, axis=0) + cost, out=best)
     return np.minimum(best, round(truncation * UNIT)).astype(np.int16)
 
 

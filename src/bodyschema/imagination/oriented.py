@@ -1,7 +1,7 @@
 """The oriented chamfer distance of imagined contours: to edges of the same direction.
 
 For the points i of the outer contour that the lines of the image cut (see `rim`), with the channel
-k_i of the contour's direction there and the length l_i that the point stands for,
+k_i of the contour's direction there and the length l_i of contour from one line to the next,
 
     D = sum l_i D(x_i, k_i),      N = sum l_i,      mean distance D / (256 N) pixels
 
@@ -127,12 +127,12 @@ def _add(
 
     The field is flat: a channel every `layer`, a line every `to_line`, a pixel every `to_next`.
     """
-    crossings, count, border = cuts.crossings, cuts.count, np.int64(last) * 256
-    capacity = crossings.shape[0] // count.shape[0]
+    crossings, held, border = cuts.crossings, cuts.held, np.int64(last) * 256
+    capacity = crossings.shape[0] // held.shape[0]
     per_line, half = np.float32(1) / np.float32(step), np.float32(0.5)
     distance, number = np.int64(0), np.int64(0)
-    for line in range(count.shape[0]):
-        for j in range(line * capacity, line * capacity + count[line]):
+    for line in range(held.shape[0]):
+        for j in range(line * capacity, line * capacity + held[line]):
             i, x = crossings[j] & SEGMENT, crossings[j] >> PLACE
             g = cuts.memory.g[i] * per_line
             if not (i >= made and belongs(g, columns_first) and 0 < x < border):
@@ -143,7 +143,7 @@ def _add(
             length = np.int64(np.float32(256) * np.sqrt(np.float32(1) + g * g) + half)
             distance += value * length
             number += length
-        count[line] = 0
+        held[line] = 0
     out[0] += distance
     out[1] += number
 
@@ -157,4 +157,4 @@ def _channel(g: np.float32, columns_first: bool) -> int:
         - np.int64(g < -FIRST_TURN)
         - np.int64(g < -SECOND_TURN)
     )
-    return turns & 7 if columns_first else (4 - turns) & 7
+    return int(turns & 7 if columns_first else (4 - turns) & 7)

@@ -43,7 +43,7 @@ class Cuts(NamedTuple):
     memory: Scratch
     crossings: Longs
     """(n_lines * capacity,); of each line first those that are ends of spans: begin, end, ..."""
-    count: Naturals
+    held: Naturals
     """(n_lines,) ends of each line."""
 
 
@@ -93,8 +93,8 @@ def cut_contour(
 @kernel
 def _cross(n: int, last: int, cuts: Cuts) -> int:
     """Put the crossings of n segments into their lines; returns how many found no place."""
-    memory, crossings, count = cuts.memory, cuts.crossings, cuts.count
-    capacity = np.uint32(crossings.shape[0] // count.shape[0])
+    memory, crossings, held = cuts.memory, cuts.crossings, cuts.held
+    capacity = np.uint32(crossings.shape[0] // held.shape[0])
     right, scale, lost = np.float32(last), np.float32(256), 0
     for i in range(n):
         x, g = memory.x[i], memory.g[i]
@@ -102,11 +102,11 @@ def _cross(n: int, last: int, cuts: Cuts) -> int:
         line = np.uint32(memory.first[i])
         for j in range(memory.rows[i]):
             place = min(max(x + np.float32(j) * g, np.float32(0)), right)
-            free = count[line]
+            free = held[line]
             if free < capacity:
                 key = np.int64(np.int32(place * scale + np.float32(0.5)))
                 crossings[line * capacity + free] = (key << PLACE) | tail
-                count[line] = free + np.uint32(1)
+                held[line] = free + np.uint32(1)
             else:
                 lost += 1
             line += np.uint32(1)
@@ -116,11 +116,11 @@ def _cross(n: int, last: int, cuts: Cuts) -> int:
 @kernel
 def _keep_ends(cuts: Cuts) -> None:
     """Sort each line and keep the ends of its spans, but for those of slivers and seams."""
-    crossings, count = cuts.crossings, cuts.count
-    capacity = crossings.shape[0] // count.shape[0]
-    for line in range(count.shape[0]):
+    crossings, held = cuts.crossings, cuts.held
+    capacity = crossings.shape[0] // held.shape[0]
+    for line in range(held.shape[0]):
         row = crossings[line * capacity : (line + 1) * capacity]
-        n, kept, w = count[line], 0, 0
+        n, kept, w = held[line], 0, 0
         for i in range(1, n):
             key, j = row[i], i
             while j > 0 and row[j - 1] > key:
@@ -136,7 +136,7 @@ def _keep_ends(cuts: Cuts) -> None:
                     row[kept] = row[i]
                     kept += 1
             w = after
-        count[line] = kept
+        held[line] = kept
 
 
 @kernel
@@ -160,10 +160,10 @@ def collect(
     T_view, lens_view = turned(T, lens, step, columns_first)
     cuts = new_cuts(columns, n_lines, capacity)
     made, lost = cut_contour(columns, T_view, lens_view, near, last, cuts)
-    out = np.empty((cuts.count.sum(), 3), np.int64)
+    out = np.empty((cuts.held.sum(), 3), np.int64)
     n, border = 0, np.int64(last) * 256
     for line in range(n_lines):
-        for k in range(cuts.count[line]):
+        for k in range(cuts.held[line]):
             key = cuts.crossings[line * capacity + k]
             i, x = key & SEGMENT, key >> PLACE
             steep = belongs(cuts.memory.g[i] / np.float32(step), columns_first)
@@ -179,4 +179,4 @@ def collect(
 def belongs(slope: np.float32, columns_first: bool) -> bool:
     """Whether the rows (or the columns) are to take a contour of this slope; never both."""
     one = np.float32(1)
-    return abs(slope) < one if columns_first else abs(slope) <= one
+    return bool(abs(slope) < one if columns_first else abs(slope) <= one)

@@ -87,7 +87,7 @@ class LevenbergMarquardt:
         if not sum(len(sense) for sense in senses):
             raise InputError("there is not a single sample to learn from.")
         x = np.zeros(len(parameters))
-        levels = tuple(_first_levels(sense, reference, self.learn_levels) for sense in senses)
+        levels = tuple(first_levels(sense, reference, self.learn_levels) for sense in senses)
         damping, moved, iterations = 1e-6, np.inf, 0
         parts = [whiten(sense, reference, parameters, x) for sense in senses]
         while iterations < self.max_iterations:
@@ -130,7 +130,7 @@ class LevenbergMarquardt:
         return np.asarray((self.freedom + residual.shape[1]) / (self.freedom + squared))
 
 
-def _first_levels(sense: Observations, body: Body, learn: bool) -> tuple[float, ...]:
+def first_levels(sense: Observations, body: Body, learn: bool) -> tuple[float, ...]:
     """Levels before the first step: the median length of the residual, in believed noise."""
     if not learn or not len(sense):
         return tuple(1.0 for _ in sense.components)

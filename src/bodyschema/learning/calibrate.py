@@ -1,42 +1,21 @@
 """Calibrate: from a nominal body and what was seen of it to a corrected body and a verdict.
 
-1. Models, from "only the frames" to "offsets, axes and links", are each judged by k-fold held-out
-   predictive density; the simplest that the best does not beat by two standard errors is taken.
-2. The chosen model is fitted to all samples, with noise levels and robust weights.
-3. The answer carries held-out errors before and after, what the data cannot tell, outlier rows,
-   a test of the clocks, and whether it is good enough to be written to a robot.
+The models that a recording can afford are judged by held-out samples, see `judgement`: those of the
+joint parameters that a user names, or from "only the frames" up to "offsets, axes and links". An
+online learner, if one is asked for, fits in one pass, and so in every fold.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import replace
 
 from bodyschema.body.tree import Body
-from bodyschema.learning.agreement import within_prediction
-from bodyschema.learning.batch import Fit
-from bodyschema.learning.calibration import (
-    Accuracy,
-    Calibration,
-    Candidate,
-    Verdict,
-    describe_groups,
-)
-from bodyschema.learning.clock import check_clock
-from bodyschema.learning.discrepancy import learn_discrepancy
-from bodyschema.learning.held_out import Errors, HeldOut, folds_of, held_out, outlier_free, sizes
-from bodyschema.learning.identifiability import (
-    identifiability,
-    random_postures,
-)
-from bodyschema.learning.prediction import PredictedError, degrees_of_freedom, predict_error
+from bodyschema.learning.calibration import Calibration
+from bodyschema.learning.judgement import judged
+from bodyschema.learning.one_pass import LearnerName, fitting
 from bodyschema.learning.problem import Knowledge, Problem, check_problem, moved_joints
 from bodyschema.senses.observations import Observations
-
-Array = NDArray[np.float64]
 
 MODELS: tuple[tuple[str, ...], ...] = (
     (),
@@ -46,11 +25,8 @@ MODELS: tuple[tuple[str, ...], ...] = (
 )
 """Parameter groups tried when the user names none, simple ones first."""
 
-ANYWHERE = 200
-"""Postures that stand for a workspace."""
-
-CONVINCING = 2.0
-"""Standard errors by which a larger model must be better to be preferred to a smaller one."""
+VECTORS: tuple[tuple[str, ...], ...] = ((), ("links",), ("axes", "links"))
+"""The same for learners of a skeleton, which has axes and links and nothing else."""
 
 
 def calibrate(
@@ -62,6 +38,7 @@ def calibrate(
     folds: int = 5,
     seed: int = 0,
     progress: Callable[[str], None] = lambda text: None,
+    learner: LearnerName = "batch",
 ) -> Calibration:
     """Calibrate a body from what was seen of it.
 
@@ -75,169 +52,31 @@ def calibrate(
         folds: of the held-out test.
         seed: of the folds.
         progress: told what is being done.
+        learner: "batch", all samples at once; or an online learner, in one pass.
 
     Raises:
-        InputError: the recording cannot answer the question; see `problem.check_problem`.
+        InputError: the recording cannot answer the question; see `problem.check_problem`. Or the
+            learner cannot learn what is to be freed.
     """
-    begin = time.perf_counter()
     problem = Problem(body, tuple(senses), frames, tuple(joints or moved_joints(body, senses)))
     check_problem(problem, groups if groups is not None else (), folds)
-    cut = folds_of(senses, folds, seed)
-
-    def judge(model: Sequence[str], roughly: bool = True, field: bool = False) -> HeldOut:
-        progress(f"{folds}-fold test of {describe_groups(model)}")
-        parameters = problem.parameters(model, roughly)
-        return held_out(lambda s: problem.fit(parameters, s), senses, cut, problem.learner, field)
-
-    models = _affordable(problem, folds) if groups is None else ((), tuple(groups))
-    tests = {model: judge(model) for model in dict.fromkeys(models)}
-    # The largest model leaves the least geometry in the residuals: it tells outliers and lateness.
-    fullest = problem.fit(problem.parameters(models[-1]), senses)
-    good = outlier_free(senses, fullest, problem.learner.freedom)
-    outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
-    candidates = _candidates(problem, tests, senses, good)
-    chosen = _choose(tests, candidates) if groups is None else tuple(groups)
-    modelled = judge((), roughly=False)
-    nominal = _accuracy(senses, modelled.residuals, good)
-    final = judge(chosen, field=True)
-    corrected = _accuracy(senses, final.residuals, good)
-    progress("fit to all samples")
-    fit = fullest if chosen == models[-1] else problem.fit(problem.parameters(chosen), senses)
-    anywhere = random_postures(body, ANYWHERE, np.random.default_rng(seed))
-    verdict, explanation = _verdict(chosen, nominal, candidates[0].accuracy, corrected)
-    return Calibration(
-        verdict=verdict,
-        explanation=explanation,
-        fit=fit,
-        groups=chosen,
-        candidates=candidates,
-        nominal=nominal,
-        held_out=corrected,
-        with_field=_accuracy(senses, final.corrected, good),
-        nominal_residuals=modelled.residuals,
-        residuals=final.residuals,
-        fields={
-            sense.label: learn_discrepancy(fit.estimate.body, sense, mask)
-            for sense, mask in zip(senses, good, strict=True)
-        },
-        predicted=tuple(_predicted(fit, senses, s, _some(s.q)) for s in senses),
-        predicted_anywhere=tuple(_predicted(fit, senses, s, anywhere) for s in senses),
-        agreement=_agreement(fit, senses, final.residuals, good, problem.learner.freedom),
-        identifiability=identifiability(fit, senses, seed),
-        outliers=tuple(sorted(outliers)),
-        clock=check_clock(fullest, senses, seed),
-        n_rows=len(final.scores),
-        seconds=time.perf_counter() - begin,
-    )
+    affordable = _affordable(problem, models_of(learner), folds)
+    models = affordable if groups is None else ((), tuple(groups))
+    fit = fitting(problem, learner)
+    found = judged(problem, fit, models, groups is None, folds, seed, progress)
+    return replace(found, learner=learner)
 
 
-def _predicted(
-    fit: Fit, senses: Sequence[Observations], sense: Observations, q: Array
-) -> PredictedError:
-    freedom = degrees_of_freedom(fit, senses)
-    return predict_error(fit.estimate, q, sense.seen_from, sense.seen, freedom)
+def models_of(learner: LearnerName) -> tuple[tuple[str, ...], ...]:
+    """The models that a learner can learn, simple ones first."""
+    return VECTORS if learner in ("online-gradient", "pool") else MODELS
 
 
-def _some(q: Array) -> Array:
-    """At most ANYWHERE postures, evenly spaced."""
-    return np.asarray(q[np.linspace(0, len(q) - 1, min(len(q), ANYWHERE)).astype(int)])
-
-
-def _agreement(
-    fit: Fit,
-    senses: Sequence[Observations],
-    residuals: Sequence[Array],
-    good: Sequence[NDArray[np.bool_]],
-    freedom: float,
-) -> float:
-    inside = [
-        within_prediction(fit.estimate, sense, level, residual, freedom)["position"][mask]
-        for sense, level, residual, mask in zip(senses, fit.levels, residuals, good, strict=True)
-    ]
-    return float(np.mean(np.concatenate(inside)))
-
-
-def _affordable(problem: Problem, folds: int) -> tuple[tuple[str, ...], ...]:
+def _affordable(
+    problem: Problem, models: Sequence[tuple[str, ...]], folds: int
+) -> tuple[tuple[str, ...], ...]:
     """The models that have at least two numbers of training data for every parameter."""
     numbers = sum(len(s) * len(s.covariance) for s in problem.senses) * (folds - 1) / folds
     return tuple(
-        model for model in MODELS if not model or 2 * len(problem.parameters(model)) <= numbers
-    )
-
-
-def _choose(
-    tests: Mapping[tuple[str, ...], HeldOut], candidates: Sequence[Candidate]
-) -> tuple[str, ...]:
-    """The simplest model that the best one does not beat convincingly.
-
-    Models with a larger held-out rms error than the frames alone do not compete.
-    """
-    limit = candidates[0].accuracy.position.rms
-    eligible = [c.groups for c in candidates if c.accuracy.position.rms <= limit]
-    best = min((tests[model] for model in eligible), key=lambda test: float(np.mean(test.scores)))
-    return next(model for model in eligible if _behind(tests[model], best) < CONVINCING)
-
-
-def _behind(test: HeldOut, other: HeldOut) -> float:
-    """Mean excess score of a test over another, in standard errors of the paired difference."""
-    excess = test.scores - other.scores
-    error = float(np.std(excess) / np.sqrt(len(excess)))
-    return float(np.mean(excess)) / error if error > 0 else 0.0
-
-
-def _accuracy(
-    senses: Sequence[Observations], residuals: Sequence[Array], good: Sequence[NDArray[np.bool_]]
-) -> Accuracy:
-    def errors(component: str) -> Array:
-        pairs = zip(senses, residuals, good, strict=True)
-        return np.concatenate([sizes(sense, r[mask], component) for sense, r, mask in pairs])
-
-    rotation = errors("rotation")
-    return Accuracy(Errors.of(errors("position")), Errors.of(rotation) if len(rotation) else None)
-
-
-def _candidates(
-    problem: Problem,
-    tests: Mapping[tuple[str, ...], HeldOut],
-    senses: Sequence[Observations],
-    good: Sequence[NDArray[np.bool_]],
-) -> tuple[Candidate, ...]:
-    best = min(tests.values(), key=lambda test: float(np.mean(test.scores)))
-    return tuple(
-        Candidate(
-            groups=model,
-            n_parameters=len(problem.parameters(model)),
-            score=float(np.mean(test.scores)),
-            behind=_behind(test, best),
-            accuracy=_accuracy(senses, test.residuals, good),
-        )
-        for model, test in tests.items()
-    )
-
-
-def _verdict(
-    chosen: tuple[str, ...], nominal: Accuracy, frames: Accuracy, corrected: Accuracy
-) -> tuple[Verdict, str]:
-    """Whether the held-out error speaks for the corrected body.
-
-    Args:
-        chosen: the model that was fitted.
-        nominal: accuracy of the robot as modelled.
-        frames: with the frames alone fitted.
-        corrected: of the corrected body.
-    """
-    before, plain, after = (1e3 * a.position.rms for a in (nominal, frames, corrected))
-    if after > before or (chosen and after > plain):
-        return "refused", (
-            f"Fitting {describe_groups(chosen)} makes the held-out error worse: {after:.2f} mm "
-            f"rms, against {before:.2f} as modelled and {plain:.2f} with the frames alone."
-        )
-    if chosen:
-        return "calibrated", (
-            f"The held-out error falls from {before:.2f} to {after:.2f} mm rms when "
-            f"{describe_groups(chosen)} are corrected."
-        )
-    return "only frames", (
-        f"Correcting the joints does not help: the held-out error is {after:.2f} mm rms with the "
-        "frames placed and the joints left as modelled."
+        model for model in models if not model or 2 * len(problem.parameters(model)) <= numbers
     )

@@ -19,7 +19,7 @@ from bodyschema.learning.identifiability import Identifiability
 from bodyschema.learning.prediction import PredictedError
 
 Array = NDArray[np.float64]
-Verdict = Literal["calibrated", "only frames", "refused"]
+Verdict = Literal["calibrated", "learned", "only frames", "refused"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Calibration:
     """Joint parameter groups that were freed."""
     candidates: tuple[Candidate, ...]
     nominal: Accuracy
-    """The robot as modelled, with only the frames placed that nobody knew."""
+    """The robot as modelled, with only the frames placed that nobody knew; see `before`."""
     held_out: Accuracy
     """The corrected body alone, on samples that its fit had not seen."""
     with_field: Accuracy
@@ -80,6 +80,21 @@ class Calibration:
     clock: ClockCheck
     n_rows: int
     seconds: float
+    learner: str = "batch"
+    """Who found it."""
+    from_nothing: bool = False
+    """The body is a skeleton that was learned from an arrangement; nothing was modelled."""
+
+    @property
+    def before(self) -> str:
+        """What `nominal` is, in words."""
+        return "with markers that stand still" if self.from_nothing else "as modelled"
+
+    @property
+    def after(self) -> str:
+        """What `held_out` is, in words."""
+        corrected = f"{describe_groups(self.groups)} corrected"
+        return "the learned skeleton" if self.from_nothing else corrected
 
     @property
     def estimate(self) -> Estimate:

@@ -9,8 +9,9 @@ An open direction is *inherent* when random postures over the joint ranges leave
 no motion can close it, only another sense or a measured frame. Otherwise other postures would.
 
 A parameter is named in a direction by the effect that its part alone would have on what is seen,
-|v_i| sqrt(F_ii): in an open direction these effects cancel. A sparse basis (column-pivoted
-reduction in effect units) names few parameters at a time.
+|v_i| sqrt(F_ii): in an open direction these effects cancel. Inherent directions that are a plain
+motion of the geometry (a joint slides along its axis) are named so, see `invisible`; for the rest a
+sparse basis (column-pivoted reduction in effect units) names few parameters at a time.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from bodyschema.body.kernels import PRISMATIC
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.learning.batch import Fit
+from bodyschema.learning.invisible import invisible_motions, take_out
 from bodyschema.learning.normal_equations import information, whiten
 from bodyschema.senses.observations import Observations
 
@@ -93,13 +95,37 @@ def identifiability(fit: Fit, senses: Sequence[Observations], seed: int = 0) -> 
     inherent_F = D[:, None] * _information_at_random(fit, senses, seed) * D
     values, vectors = np.linalg.eigh(F)
     null = vectors[:, values < SAYS_LITTLE].T
-    always = _open_space(inherent_F)
-    inherent = _sparse_basis(_intersection(null, always), np.sqrt(np.diag(inherent_F)))
-    practical = _sparse_basis(_remainder(null, always), np.sqrt(np.diag(inherent_F)))
-    directions = [_direction(parameters, row, inherent_F, False) for row in practical]
-    directions += [_direction(parameters, row, inherent_F, True) for row in inherent]
+    always, effect = _open_space(inherent_F), np.sqrt(np.diag(inherent_F))
+    practical = _sparse_basis(_remainder(null, always), effect)
+    directions = [_direction(parameters, row, False) for row in practical]
+    shared = _intersection(null, always)
+    directions += named_directions(estimate.reference, parameters, shared, effect)
     share = np.sum(null**2, axis=0)
     return Identifiability(int(np.sum(values >= SAYS_LITTLE)), tuple(directions), share)
+
+
+def named_directions(
+    body: Body, parameters: Parameters, space: Array, effect: Array
+) -> list[OpenDirection]:
+    """Words for a space of inherent directions.
+
+    Args:
+        body: whose parameters they are.
+        parameters: what the columns mean.
+        space: (k, n_parameters) orthonormal rows, in units of the prior.
+        effect: (n_parameters,) what each parameter alone does to what is seen.
+
+    Returns:
+        k directions: plain motions first.
+    """
+    motions, rest = take_out(space, invisible_motions(body, parameters), parameters.scale)
+    plain = [
+        OpenDirection(
+            tuple(parameters.names[i] for i in np.flatnonzero(motion.row)), True, motion.sentence
+        )
+        for motion in motions
+    ]
+    return plain + [_direction(parameters, row, True) for row in _sparse_basis(rest, effect)]
 
 
 def random_postures(body: Body, n: int, rng: np.random.Generator) -> Array:
@@ -161,7 +187,7 @@ def _sparse_basis(null: Array, effect: Array) -> Array:
     return np.asarray(rows / np.abs(rows).max(axis=1, keepdims=True))
 
 
-def _direction(parameters: Parameters, row: Array, F: Array, inherent: bool) -> OpenDirection:
+def _direction(parameters: Parameters, row: Array, inherent: bool) -> OpenDirection:
     members = [i for i in range(len(row)) if abs(row[i]) >= NAMED_SHARE]
     names = tuple(parameters.names[i] for i in members)
     return OpenDirection(names, inherent, _sentence(names, inherent))

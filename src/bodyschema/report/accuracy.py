@@ -24,8 +24,8 @@ class Accuracy:
         """See `Section`."""
         c = self.evidence.calibration
         bodies = (
-            ("as modelled", c.nominal),
-            (f"{answer.describe_groups(c.groups)} corrected", c.held_out),
+            (c.before, c.nominal),
+            (c.after, c.held_out),
             ("the same with the residual field", c.with_field),
         )
         return render(

@@ -9,7 +9,12 @@ from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.report.units import listed, millimetres, shown
 
-WORDS = {"calibrated": "Calibrated", "only frames": "Only frames placed", "refused": "Refused"}
+WORDS = {
+    "calibrated": "Calibrated",
+    "learned": "Learned",
+    "only frames": "Only frames placed",
+    "refused": "Refused",
+}
 SYSTEMATIC = 0.85
 """With the residual field, the held-out error falls below this share of itself: it is no noise."""
 MOST_SENTENCES = 3
@@ -31,6 +36,7 @@ class Verdict:
             kind=c.verdict.replace(" ", "-"),
             explanation=c.explanation,
             before=f"{millimetres(c.nominal.position.rms)} mm",
+            what_before=c.before,
             after=f"{millimetres(c.held_out.position.rms)} mm",
             median=f"{millimetres(c.held_out.position.median)} mm",
             worst=f"{millimetres(c.held_out.position.max)} mm",
@@ -82,7 +88,8 @@ class Verdict:
         if c.verdict == "refused":
             lines.append("This calibration was refused: do not put these files on a robot.")
         if not c.fit.converged:
-            lines.append("The fit had not settled when its iterations ran out.")
+            when = "its iterations" if c.learner == "batch" else f"the samples for {c.learner}"
+            lines.append(f"The fit had not settled when {when} ran out.")
         if c.clock.faulty:
             rows = listed(c.clock.late_rows, 12) or "none singly certain"
             lines.append(

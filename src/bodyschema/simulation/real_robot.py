@@ -79,7 +79,9 @@ def bare_description(urdf: bytes, frames: Mapping[str, tuple[str, Array]]) -> st
         for part in [part for part in element if part.tag in ("visual", "collision")]:
             element.remove(part)
     # Without fusestatic="false" MuJoCo merges every link behind a fixed joint into its parent.
-    ET.SubElement(ET.SubElement(robot, "mujoco"), "compiler", fusestatic="false")
+    # It wants a mass for every link, also where only kinematics are asked for.
+    compiler = {"fusestatic": "false", "boundmass": "0.001", "boundinertia": "0.000001"}
+    ET.SubElement(ET.SubElement(robot, "mujoco"), "compiler", compiler)
     for name, (parent, placement) in frames.items():
         ET.SubElement(robot, "link", name=name)
         joint = ET.SubElement(robot, "joint", name=f"{name}_joint", type="fixed")

@@ -16,11 +16,11 @@ from bodyschema.imagination.contours import (
     fit_contours,
     silhouette,
     silhouette_spans,
-    warm_up,
 )
 from bodyschema.imagination.depth_buffer import depth_image
 from bodyschema.imagination.observed import ObservedMask, contour_of
 from bodyschema.imagination.surface import Surface
+from bodyschema.imagination.warm_up import warm_up
 from icub_arm import arm, eyes, hypotheses
 
 pytest.importorskip("cv2")

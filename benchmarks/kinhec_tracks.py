@@ -1,0 +1,94 @@
+"""Hand-eye calibration on the tracks of KinHEC, by its own protocol, beside its own solvers.
+
+    pip install kinhec "opencv-python-headless<5"
+    kinhec generate --tier small --out kinhec_small          (minutes)
+    python benchmarks/kinhec_tracks.py kinhec_small --json
+
+Per track: median and mean of the translation error of X in mm for ours and for the best of KinHEC's
+solvers (the one with the smallest median there), the share of sequences that we flag as not
+determined, false flags (flagged, but within 50 mm) and the worst error that was not flagged.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import bodyschema as bs
+
+LARGE = 50.0
+"""mm: an error that must not go without a warning."""
+
+
+def registered(flags: list[tuple[bool, float]], free_scale: bool) -> Any:
+    """Our solver in the form that KinHEC calls; each call adds its flag and largest std."""
+
+    def solve(data: Any, _: np.random.Generator) -> dict[str, Any]:
+        A, B = data[0], data[1]
+        answer = bs.solve_hand_eye(A, B, eye_on="base", free_scale=free_scale)
+        flags.append((not answer.determined, answer.largest_std))
+        return {"X": answer.X, "Y": answer.Y, "n_inliers": int(not answer.determined)}
+
+    return solve
+
+
+def main() -> None:
+    """Run the benchmark and print it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="what 'kinhec generate' wrote")
+    parser.add_argument("--tracks", nargs="*", help="all when absent")
+    parser.add_argument("--json", action="store_true")
+    asked = parser.parse_args()
+    try:
+        from kinhec import benchmark
+    except ImportError:
+        sys.exit("this benchmark needs KinHEC: pip install kinhec")
+    flags: list[tuple[bool, float]] = []
+    for name, free_scale in (("ours", False), ("ours_scale", True)):
+        benchmark.SOLVERS[name] = registered(flags, free_scale)
+        benchmark.SOLVER_DOCS[name] = "bodyschema.solve_hand_eye"
+    with tempfile.TemporaryDirectory() as out:
+        table = benchmark.run_benchmark(
+            asked.folder, out_dir=Path(out), tracks=asked.tracks, progress=not asked.json
+        )
+    answer = {track: summary(rows, str(track)) for track, rows in table.groupby("track")}
+    if asked.json:
+        print(json.dumps(answer))
+        return
+    for track, found in answer.items():
+        print(f"{track}: {found}")
+
+
+def summary(rows: Any, track: str) -> dict[str, Any]:
+    """One track's figures; clocks estimated where KinHEC's `mixed` track asks for it."""
+    if track == "mixed":
+        estimated = (rows["eval_sync"] == "estimated") | (rows["time_offset_s"] == 0)
+        rows = rows[estimated]
+    else:
+        rows = rows[rows["eval_sync"] == "oracle"]
+    mine = "ours_scale" if track == "monocular" else "ours"
+    error = rows.pivot_table(index="sequence_id", columns="solver", values="X_trans_err_mm")
+    ours = rows[rows["solver"] == mine].set_index("sequence_id")
+    wrong, flagged = ours["X_trans_err_mm"] > LARGE, ours["n_inliers"] > 0
+    peers = error.drop(columns=["ours", "ours_scale"]).median().sort_values()
+    return {
+        "sequences": len(ours),
+        "median_mm": float(ours["X_trans_err_mm"].median()),
+        "mean_mm": float(ours["X_trans_err_mm"].mean()),
+        "best_peer": str(peers.index[0]),
+        "best_peer_median_mm": float(peers.iloc[0]),
+        "best_peer_mean_mm": float(error[peers.index[0]].mean()),
+        "flagged": float(flagged.mean()),
+        "false_flags": float((flagged & ~wrong).mean()),
+        "worst_unflagged_mm": float(ours["X_trans_err_mm"][~flagged].max()),
+    }
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""What may learn the offsets in the studies of Vicente et al. 2016, behind one face.
+
+A method is built for a surface and a scene. It starts with what the robot believes and the joints
+that may be off; every frame brings the next state and an info with `offsets` (7,) and their
+`covariance` (7, 7), in rad. A method joins by one line in `METHODS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.body.tree import Body
+from bodyschema.imagination.surface import Surface
+from bodyschema.learning.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
+from bodyschema.learning.particle_filter import ParticleFilter
+from bodyschema.senses.images import Images
+from bodyschema.simulation.seeing_icub import Scene
+
+Array = NDArray[np.float64]
+
+
+class OffsetInfo(Protocol):
+    """What a study reads of one frame; `effective_size` counts as `particles` where absent."""
+
+    @property
+    def offsets(self) -> Array:
+        """(7,) estimate, rad."""
+        ...
+
+    @property
+    def covariance(self) -> Array:
+        """(7, 7) rad^2."""
+        ...
+
+
+class OffsetLearner(Protocol):
+    """A learner of joint offsets from images."""
+
+    def start(self, body: Body, joints: Sequence[str]) -> Any:
+        """The state before the first frame."""
+
+    def step(self, state: Any, seen: Images) -> tuple[Any, OffsetInfo]:
+        """The state after one frame."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to learn, and whether the arm should heed how sure it is."""
+
+    build: Callable[[Surface, Scene, int, int], OffsetLearner]
+    """(surface, scene, particles, seed) -> learner."""
+    gated: bool
+    """Servoing slows when the covariance is large; the paper's does not."""
+
+
+def _particle_filter(surface: Surface, scene: Scene, particles: int, seed: int) -> OffsetLearner:
+    """As published: silhouettes before a plain background, edges before a cluttered one."""
+    likelihood = SilhouetteLikelihood() if scene == "plain" else EdgeLikelihood()
+    return ParticleFilter(surface, particles=particles, seed=seed, likelihood=likelihood)
+
+
+METHODS: dict[str, Method] = {
+    "particle-filter": Method(_particle_filter, gated=False),
+}
+"""The methods by name."""

@@ -1,0 +1,245 @@
+"""Whole runs of the pool on random chains, compiled: the search of `learning.pool` and no other.
+
+The chain's end point is fixed, unknown, and learned as its last link. At every sample the best
+hypothesis predicts first; then the sample is learned from, unless prediction and fit were exact.
+
+Without noise a run has converged at the sample after which `STREAK` predictions in a row lie within
+the threshold, a share of the chain's length (all links summed).
+
+With noise (normal, on each coordinate) and outliers (uniform in a cube of the chain's length either
+way, in place of the point) the pool locks at twice the least number of samples M and fits again,
+against challengers, at 2, 4 and 8 times that. The run has converged when its root mean square error
+on fresh postures is then below three times the Cramer-Rao bound of the samples that are no outliers
+
+    bound^2 = s^2 mean over fresh postures of tr J (sum_i J_i^T J_i)^+ J^T.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.body.kernels import kernel
+from bodyschema.body.parameters import free_skeleton
+from bodyschema.learning.growth import Look, plan
+from bodyschema.learning.hypotheses import Hypotheses, Rule, challenge, new_pool, search, spawn
+from bodyschema.learning.pool import AGAIN, PREDICTED, Pool
+from bodyschema.learning.skeleton_fit import (
+    Routes,
+    Sightings,
+    accumulate,
+    foresee,
+    solve_damped,
+    square_errors,
+    told_variance,
+    work_for,
+)
+from bodyschema.studies.random_chains import (
+    Generator,
+    chain_body,
+    draw_chain,
+    length_of,
+    run_generator,
+)
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STREAK = 500
+"""Successive predictions that must stay below the threshold."""
+
+FRESH = 200
+"""Postures at which a noisy run is tested."""
+
+THRESHOLDS = (0.01, 0.001)
+"""Shares of the chain's length."""
+
+LIMIT = 5000
+"""Samples after which a run has failed."""
+
+
+@dataclass(frozen=True)
+class PoolProtocol:
+    """Settings of a run."""
+
+    learner: Pool = Pool()  # noqa: RUF009  (frozen settings)
+    reach: float = np.pi / 2
+    """rad: joints are uniform within +-reach."""
+    noise: float = 0.0
+    """Standard deviation of each coordinate, as a share of the chain's length."""
+    outliers: float = 0.0
+    """Share of the samples."""
+
+
+@lru_cache
+def chain_routes(n_joints: int) -> Routes:
+    """Base looks at the tip of a chain, all of which is unknown."""
+    body = chain_body(np.tile([0.0, 0.0, 1.0], (n_joints + 2, 1)), np.zeros((n_joints + 2, 3)))
+    return plan(body, free_skeleton(body), [Look("base", "tip")])
+
+
+def pool_run(protocol: PoolProtocol, n_joints: int, seed: int, run: int) -> tuple[int, int]:
+    """Samples learned from before all predictions hold, for both thresholds; -1 for never."""
+    routes, least = _least(n_joints)
+    found = exact_run(
+        run_generator(seed, n_joints, run), routes, least, protocol.learner.window * least,
+        _pool(protocol, n_joints, run), protocol.learner.rule, protocol.reach,
+    )  # fmt: skip
+    return int(found[0]), int(found[1])
+
+
+def noisy_pool_run(protocol: PoolProtocol, n_joints: int, seed: int, run: int) -> Array:
+    """(4, 2) error over its bound, and over the chain's length: at the lock, at 2, 4, 8 times."""
+    routes, least = _least(n_joints)
+    learner = protocol.learner
+    found = noisy_run(
+        run_generator(seed, n_joints, run), routes, least, learner.enough * least,
+        _pool(protocol, n_joints, run), learner.rule, learner.challengers, learner.rounds,
+        protocol.reach, protocol.noise, protocol.outliers,
+    )  # fmt: skip
+    return np.asarray(found)
+
+
+def _least(n_joints: int) -> tuple[Routes, int]:
+    routes = chain_routes(n_joints)
+    return routes, -(-int(routes.rank[-1]) // 3)
+
+
+def _pool(protocol: PoolProtocol, n_joints: int, run: int) -> Hypotheses:
+    axes = np.tile([0.0, 0.0, 1.0], (n_joints + 2, 1))
+    return new_pool(protocol.learner.size, axes, np.zeros_like(axes), run)
+
+
+@kernel
+def blank(count: int, nodes: int) -> Sightings:
+    """Sightings of the origin of the tip, yet to be made."""
+    return Sightings(
+        np.ones((count, nodes)), np.zeros((count, nodes)), np.zeros(count, np.int64),
+        np.zeros((count, 3)), np.zeros((count, 3)),
+    )  # fmt: skip
+
+
+@kernel
+def show(
+    rng: Generator, routes: Routes, axes: Array, links: Array, reach: float, levers: Array,
+    sightings: Sightings, i: int,
+) -> None:  # fmt: skip
+    """Sighting i of the true chain, without noise."""
+    for k in range(1, axes.shape[0] - 1):
+        theta = reach * (2.0 * rng.random() - 1.0)
+        sightings.cosine[i, k], sightings.sine[i, k] = np.cos(theta), np.sin(theta)
+    x = foresee(routes, sightings, i, axes, links, levers)
+    sightings.seen[i, 0], sightings.seen[i, 1], sightings.seen[i, 2] = x
+
+
+@kernel
+def size_of(seen: Array) -> float:
+    """Median distance from the median place, m."""
+    middle = np.empty(3)
+    for j in range(3):
+        middle[j] = np.median(seen[:, j])
+    return float(np.median(np.sqrt(((seen - middle) ** 2).sum(axis=1))))
+
+
+@kernel
+def exact_run(
+    rng: Generator, routes: Routes, least: int, window: int, pool: Hypotheses, rule: Rule,
+    reach: float,
+) -> Ints:  # fmt: skip
+    """See `pool_run`."""
+    nodes = routes.kind.shape[0]
+    axes, links, levers = np.empty((nodes, 3)), np.empty((nodes, 3)), np.empty((nodes, 3))
+    draw_chain(rng, axes, links)
+    length, sightings, order = length_of(links), blank(window, nodes), np.arange(window)
+    wrong, best, unit = np.zeros(2, np.int64), 0, 0.0
+    for t in range(LIMIT):
+        i = t % window
+        show(rng, routes, axes, links, reach, levers, sightings, i)
+        missed = np.inf
+        if unit > 0.0:
+            x = foresee(routes, sightings, i, pool.axes[best], pool.links[best], levers)
+            z = sightings.seen[i]
+            missed = np.sqrt((z[0] - x[0]) ** 2 + (z[1] - x[1]) ** 2 + (z[2] - x[2]) ** 2)
+        for j in range(2):
+            if missed > THRESHOLDS[j] * length:
+                wrong[j] = t + 1
+        if t + 1 - wrong[1] == STREAK:
+            return wrong
+        if t + 1 < least or (missed <= PREDICTED * unit and pool.level[best] <= rule.exact * unit):
+            continue
+        if unit == 0.0:
+            unit = size_of(sightings.seen[: t + 1])
+            for h in range(pool.level.shape[0]):
+                spawn(routes, pool, h, unit, rule)
+        best = search(routes, sightings, order[: min(t + 1, window)], pool, unit, rule)
+    return np.where(LIMIT - wrong < STREAK, -1, wrong)
+
+
+@kernel
+def noisy_run(
+    rng: Generator, routes: Routes, least: int, lock: int, pool: Hypotheses, rule: Rule,
+    challengers: int, rounds: int, reach: float, noise: float, outliers: float,
+) -> Array:  # fmt: skip
+    """See `noisy_pool_run`."""
+    nodes = routes.kind.shape[0]
+    axes, links, levers = np.empty((nodes, 3)), np.empty((nodes, 3)), np.empty((nodes, 3))
+    draw_chain(rng, axes, links)
+    length, fresh = length_of(links), blank(FRESH, nodes)
+    for i in range(FRESH):
+        show(rng, routes, axes, links, reach, levers, fresh, i)
+    seen, good = blank(AGAIN[-1] * lock, nodes), np.ones(AGAIN[-1] * lock, np.bool_)
+    for i in range(good.shape[0]):
+        show(rng, routes, axes, links, reach, levers, seen, i)
+        good[i] = rng.random() >= outliers
+        for j in range(3):
+            step = noise * rng.standard_normal() if good[i] else 2.0 * rng.random() - 1.0
+            seen.seen[i, j] += length * step
+    unit, best = size_of(seen.seen[:least]), 0
+    for h in range(pool.level.shape[0]):
+        spawn(routes, pool, h, unit, rule)
+    for M in range(least, lock + 1):
+        best = search(routes, seen, np.arange(M), pool, unit, rule)
+    found, squared = np.empty((1 + len(AGAIN), 2)), np.empty(FRESH)
+    for turn in range(1 + len(AGAIN)):
+        M = lock if turn == 0 else AGAIN[turn - 1] * lock
+        if turn > 0:
+            part = first_of(seen, M)
+            best = challenge(
+                routes, part, 2 * lock, pool, best, unit, rule, challengers, rounds
+            )  # fmt: skip
+        square_errors(
+            routes, fresh, np.arange(FRESH), pool.axes[best], pool.links[best], levers, squared
+        )  # fmt: skip
+        error = np.sqrt(squared.mean())
+        bound = noise * length * spread_of(routes, seen, good, M, axes, links, fresh)
+        found[turn, 0], found[turn, 1] = error / bound, error / length
+    return found
+
+
+@kernel
+def first_of(sightings: Sightings, count: int) -> Sightings:
+    """The first sightings only."""
+    return Sightings(
+        sightings.cosine[:count], sightings.sine[:count], sightings.route[:count],
+        sightings.point[:count], sightings.seen[:count],
+    )  # fmt: skip
+
+
+@kernel
+def spread_of(
+    routes: Routes, seen: Sightings, good: NDArray[np.bool_], count: int, axes: Array,
+    links: Array, fresh: Sightings,
+) -> float:  # fmt: skip
+    """Root mean square of tr J (sum J^T J)^+ J^T at the true chain: the bound at unit noise."""
+    N, work = routes.columns[-1], work_for(routes, 1)
+    inliers = np.arange(count)[good[:count]]
+    accumulate(routes, seen, inliers, axes, links, 1.0, 1.0, np.inf, N, work)
+    # So little damping leaves out what no sighting tells and changes nothing else.
+    solve_damped(work, N, 1e-10)
+    total = 0.0
+    for i in range(fresh.route.shape[0]):
+        total += told_variance(routes, fresh, i, axes, links, 1.0, N, work)
+    return float(np.sqrt(total / fresh.route.shape[0]))

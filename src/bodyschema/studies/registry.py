@@ -1,0 +1,32 @@
+"""All studies, by paper and figure; a new one joins by one line."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+PAPERS = {
+    "hersch2008": "Hersch, Sauser, Billard 2008: online learning of the body schema",
+    "nabeshima": "Nabeshima, Kuniyoshi: a method for sustainable coordination",
+}
+"""Papers, and what each is."""
+
+STUDIES: dict[tuple[str, str], str] = {
+    ("hersch2008", "figure3"): "hersch2008_figure3:Figure3",
+    ("hersch2008", "figure4"): "hersch2008_figure4:Figure4",
+    ("hersch2008", "figure7"): "hersch2008_figure7:Figure7",
+    ("hersch2008", "theorem1"): "hersch2008_theorem1:Theorem1",
+    ("hersch2008", "figure10"): "hersch2008_figure10:Figure10",
+    ("hersch2008", "figure11"): "hersch2008_figure11:Figure11",
+    ("hersch2008", "figure13"): "hersch2008_figure13:Figure13",
+    ("nabeshima", "hand-eye"): "nabeshima_hand_eye:HandEye",
+    ("nabeshima", "figure8"): "nabeshima_figure8:Figure8",
+    ("nabeshima", "figure9"): "nabeshima_figure9:Figure9",
+}
+"""(paper, figure) -> module of this package and class in it."""
+
+
+def study_class(paper: str, figure: str) -> type[Any]:
+    """The class of a study; its module is loaded at the first call."""
+    module, name = STUDIES[paper, figure].split(":")
+    return getattr(importlib.import_module(f"bodyschema.studies.{module}"), name)  # type: ignore[no-any-return]
