@@ -16,6 +16,7 @@ from bodyschema.body.tree import Body
 from bodyschema.learning.gauss_newton import GaussNewton
 from bodyschema.learning.learner import Learner, in_time_order, run
 from bodyschema.learning.online_gradient import OnlineGradient
+from bodyschema.learning.pool import Pool
 from bodyschema.learning.replay import Replay
 from bodyschema.learning.smoother import Smoother
 from bodyschema.monitoring.innovations import Candidate
@@ -32,10 +33,11 @@ LEARNERS: dict[str, Learner[Any, Any]] = {
     "link_monitor": LinkMonitor((Candidate("tool", ("tool.link_x", "tool.link_y"), 0.1),)),
     "online_gradient": OnlineGradient(1.0, "normalised"),
     "replay": Replay(size=15),
+    "pool": Pool(),
 }
 """Name -> settings."""
 
-SKELETON_ONLY = (OnlineGradient, Replay)
+SKELETON_ONLY = (OnlineGradient, Replay, Pool)
 """Learners of axes and links, from points alone, without a covariance."""
 
 LEFT = {"online_gradient": 0.25}

@@ -79,7 +79,7 @@ def test_noise_is_not_a_skeleton(tmp_path):
 
 
 def test_a_pool_that_was_startled_at_the_end_has_not_forgotten(tmp_path):
-    """Wrong samples at the end send it searching; what it knew before is still the best there is."""
+    """Wrong samples at the end send it searching; what it knew before is still the best."""
     rng = np.random.default_rng(1)
     path = arrangement(tmp_path)
     truth = true_torso(path, rng)

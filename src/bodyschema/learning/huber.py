@@ -2,9 +2,9 @@
 
     w(r) = min(1, k / |r|)
 
-k is the 95 % quantile of |r| for normal noise of that dimension, so that one good sample in twenty
-is pulled less than it could be; the weighted J^T J is then the information of the estimate to within
-half a percent (Huber 1964: E[w r . r]^2 / E[w^2 r . r] against E[w] d, for d = 3 and 6).
+k is the 95 % quantile of |r| for normal noise of that dimension; the weighted J^T J is then the
+information of the estimate to within half a percent (Huber 1964: E[w r . r]^2 / E[w^2 r . r]
+against E[w] d, for d = 3 and 6).
 """
 
 from __future__ import annotations

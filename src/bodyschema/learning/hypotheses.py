@@ -23,10 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
-from bodyschema.learning.skeleton_fit import Routes, Sightings, Work, improve, work_for
+from bodyschema.learning.skeleton_fit import Routes, Sightings, improve, work_for
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+FINISH = 40
+"""Iterations of whoever is compared on everything."""
 
 
 class Rule(NamedTuple):
@@ -146,9 +149,10 @@ def best_of(pool: Hypotheses) -> int:
 @kernel
 def refine(
     routes: Routes, sightings: Sightings, chosen: Ints, pool: Hypotheses, h: int, unit: float,
-    rule: Rule, iterations: int, work: Work,
+    rule: Rule, iterations: int,
 ) -> float:  # fmt: skip
     """Iterations of hypothesis h on the sightings of its stage; returns the level it had before."""
+    work = work_for(routes, chosen.shape[0])
     s, kept = pool.stage[h], 0
     rows = np.empty(chosen.shape[0], np.int64)
     for i in chosen:
@@ -180,10 +184,9 @@ def search(
     """
     last = routes.columns.shape[0] - 1
     m, more = rule.iterations * (last + 1), rule.polish * (last + 1)
-    work = work_for(routes, chosen.shape[0])
     best = best_of(pool)
     for h in range(pool.level.shape[0]):
-        before = refine(routes, sightings, chosen, pool, h, unit, rule, m, work)
+        before = refine(routes, sightings, chosen, pool, h, unit, rule, m)
         level = pool.level[h]
         exact = level <= rule.exact * unit
         held = h == best and pool.stage[h] == last
@@ -197,7 +200,7 @@ def search(
         elif not (exact or held) and (slow or pool.age[h] >= rule.oldest):
             give_up(routes, pool, h, unit, rule)
     best = best_of(pool)
-    refine(routes, sightings, chosen, pool, best, unit, rule, more, work)
+    refine(routes, sightings, chosen, pool, best, unit, rule, more)
     return best
 
 
@@ -210,7 +213,6 @@ def give_up(routes: Routes, pool: Hypotheses, h: int, unit: float, rule: Rule) -
     spawn(routes, pool, h, unit, rule)
 
 
-@kernel
 def challenge(
     routes: Routes, sightings: Sightings, recent: int, pool: Hypotheses, best: int, unit: float,
     rule: Rule, challengers: int, rounds: int,
@@ -228,26 +230,20 @@ def challenge(
         challengers: how many; fewer than the pool holds.
         rounds: of search for them.
     """
-    M = sightings.route.shape[0]
-    everything = np.arange(M)
-    work = work_for(routes, M)
-    pool.axes[-1], pool.links[-1] = pool.axes[best], pool.links[best]
-    pool.stage[-1], pool.damping[-1] = pool.stage[best], pool.damping[best]
-    refine(routes, sightings, everything, pool, pool.level.shape[0] - 1, unit, rule, 40, work)
-    k = challengers
-    ring = Hypotheses(
-        pool.axes[:k], pool.links[:k], pool.base_axes[:k], pool.base_links[:k], pool.damping[:k],
-        pool.level[:k], pool.age[:k], pool.stage[:k], pool.failures[:k], pool.draws,
-    )  # fmt: skip
-    for h in range(k):
-        ring.stage[h], ring.failures[h] = 0, 0
+    everything = np.arange(len(sightings.route))
+    last = len(pool.level) - 1
+    for array in pool[:-1]:
+        array[last] = array[best]
+    refine(routes, sightings, everything, pool, last, unit, rule, FINISH)
+    ring = Hypotheses(*(array[:challengers] for array in pool[:-1]), pool.draws)
+    ring.stage[:], ring.failures[:] = 0, 0
+    for h in range(challengers):
         spawn(routes, ring, h, unit, rule)
     first = 0
     for _ in range(rounds):
-        first = search(routes, sightings, everything[max(M - recent, 0) :], ring, unit, rule)
-    refine(routes, sightings, everything, ring, first, unit, rule, 40, work)
+        first = search(routes, sightings, everything[-recent:], ring, unit, rule)
+    refine(routes, sightings, everything, ring, first, unit, rule, FINISH)
     # The others have levels of fewer sightings, which do not compare.
-    for h in range(pool.level.shape[0] - 1):
-        if h != first:
-            pool.level[h], pool.stage[h] = np.inf, 0
-    return best_of(pool)
+    others = np.delete(np.arange(last), first)
+    pool.level[others], pool.stage[others] = np.inf, 0
+    return int(best_of(pool))

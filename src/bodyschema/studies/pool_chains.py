@@ -1,4 +1,4 @@
-"""Whole runs of the pool on random chains, compiled: the search of `learning.pool` and no other.
+"""Whole runs of the pool on random chains: the search of `learning.pool` and no other.
 
 The chain's end point is fixed, unknown, and learned as its last link. At every sample the best
 hypothesis predicts first; then the sample is learned from, unless prediction and fit were exact.
@@ -7,7 +7,7 @@ Without noise a run has converged at the sample after which `STREAK` predictions
 the threshold, a share of the chain's length (all links summed).
 
 With noise (normal, on each coordinate) and outliers (uniform in a cube of the chain's length either
-way, in place of the point) the pool locks at twice the least number of samples M and fits again,
+way, added to the point) the pool locks at twice the least number of samples M and fits again,
 against challengers, at 2, 4 and 8 times that. The run has converged when its root mean square error
 on fresh postures is then below three times the Cramer-Rao bound of the samples that are no outliers
 
@@ -94,13 +94,59 @@ def pool_run(protocol: PoolProtocol, n_joints: int, seed: int, run: int) -> tupl
 def noisy_pool_run(protocol: PoolProtocol, n_joints: int, seed: int, run: int) -> Array:
     """(4, 2) error over its bound, and over the chain's length: at the lock, at 2, 4, 8 times."""
     routes, least = _least(n_joints)
-    learner = protocol.learner
-    found = noisy_run(
-        run_generator(seed, n_joints, run), routes, least, learner.enough * least,
-        _pool(protocol, n_joints, run), learner.rule, learner.challengers, learner.rounds,
-        protocol.reach, protocol.noise, protocol.outliers,
-    )  # fmt: skip
-    return np.asarray(found)
+    learner, pool, rng = (
+        protocol.learner,
+        _pool(protocol, n_joints, run),
+        run_generator(seed, n_joints, run),
+    )
+    lock = learner.enough * least
+    axes, links = np.empty((n_joints + 2, 3)), np.empty((n_joints + 2, 3))
+    draw_chain(rng, axes, links)
+    fresh = _shown(rng, routes, axes, links, protocol.reach, FRESH)
+    seen = _shown(rng, routes, axes, links, protocol.reach, AGAIN[-1] * lock)
+    good = _spoil(rng, seen, protocol, length_of(links))
+    unit, best = size_of(seen.seen[:least]), 0
+    for h in range(learner.size):
+        spawn(routes, pool, h, unit, learner.rule)
+    for M in range(least, lock + 1):
+        best = search(routes, seen, np.arange(M), pool, unit, learner.rule)
+    found = []
+    for times in (1, *AGAIN):
+        part = Sightings(*(array[: times * lock] for array in seen))
+        if times > 1:
+            best = challenge(
+                routes, part, 2 * lock, pool, best, unit, learner.rule, learner.challengers,
+                learner.rounds,
+            )  # fmt: skip
+        error = error_of(routes, fresh, pool.axes[best], pool.links[best])
+        inliers = np.flatnonzero(good[: times * lock])
+        spread = spread_of(routes, seen, inliers, axes, links, fresh)
+        size = length_of(links)
+        found.append((error / (protocol.noise * size * spread), error / size))
+    return np.array(found)
+
+
+def _shown(
+    rng: np.random.Generator, routes: Routes, axes: Array, links: Array, reach: float, count: int
+) -> Sightings:
+    """Sightings of the true chain, without noise."""
+    sightings, levers = blank(count, len(axes)), np.empty((len(axes), 3))
+    for i in range(count):
+        show(rng, routes, axes, links, reach, levers, sightings, i)
+    return sightings
+
+
+def _spoil(
+    rng: np.random.Generator, seen: Sightings, protocol: PoolProtocol, length: float
+) -> NDArray[np.bool_]:
+    """Adds noise and outliers; returns (n,) which are none of the latter."""
+    n = len(seen.seen)
+    good = rng.random(n) >= protocol.outliers
+    step = np.where(
+        good[:, None], protocol.noise * rng.normal(size=(n, 3)), rng.uniform(-1, 1, (n, 3))
+    )
+    seen.seen[:] += length * step
+    return np.asarray(good)
 
 
 def _least(n_joints: int) -> tuple[Routes, int]:
@@ -179,63 +225,22 @@ def exact_run(
 
 
 @kernel
-def noisy_run(
-    rng: Generator, routes: Routes, least: int, lock: int, pool: Hypotheses, rule: Rule,
-    challengers: int, rounds: int, reach: float, noise: float, outliers: float,
-) -> Array:  # fmt: skip
-    """See `noisy_pool_run`."""
-    nodes = routes.kind.shape[0]
-    axes, links, levers = np.empty((nodes, 3)), np.empty((nodes, 3)), np.empty((nodes, 3))
-    draw_chain(rng, axes, links)
-    length, fresh = length_of(links), blank(FRESH, nodes)
-    for i in range(FRESH):
-        show(rng, routes, axes, links, reach, levers, fresh, i)
-    seen, good = blank(AGAIN[-1] * lock, nodes), np.ones(AGAIN[-1] * lock, np.bool_)
-    for i in range(good.shape[0]):
-        show(rng, routes, axes, links, reach, levers, seen, i)
-        good[i] = rng.random() >= outliers
-        for j in range(3):
-            step = noise * rng.standard_normal() if good[i] else 2.0 * rng.random() - 1.0
-            seen.seen[i, j] += length * step
-    unit, best = size_of(seen.seen[:least]), 0
-    for h in range(pool.level.shape[0]):
-        spawn(routes, pool, h, unit, rule)
-    for M in range(least, lock + 1):
-        best = search(routes, seen, np.arange(M), pool, unit, rule)
-    found, squared = np.empty((1 + len(AGAIN), 2)), np.empty(FRESH)
-    for turn in range(1 + len(AGAIN)):
-        M = lock if turn == 0 else AGAIN[turn - 1] * lock
-        if turn > 0:
-            part = first_of(seen, M)
-            best = challenge(
-                routes, part, 2 * lock, pool, best, unit, rule, challengers, rounds
-            )  # fmt: skip
-        square_errors(
-            routes, fresh, np.arange(FRESH), pool.axes[best], pool.links[best], levers, squared
-        )  # fmt: skip
-        error = np.sqrt(squared.mean())
-        bound = noise * length * spread_of(routes, seen, good, M, axes, links, fresh)
-        found[turn, 0], found[turn, 1] = error / bound, error / length
-    return found
-
-
-@kernel
-def first_of(sightings: Sightings, count: int) -> Sightings:
-    """The first sightings only."""
-    return Sightings(
-        sightings.cosine[:count], sightings.sine[:count], sightings.route[:count],
-        sightings.point[:count], sightings.seen[:count],
+def error_of(routes: Routes, fresh: Sightings, axes: Array, links: Array) -> float:
+    """Root mean square error of a skeleton, m."""
+    squared = np.empty(fresh.route.shape[0])
+    levers = np.empty((routes.path.shape[1], 3))
+    square_errors(
+        routes, fresh, np.arange(squared.shape[0]), axes, links, levers, squared
     )  # fmt: skip
+    return float(np.sqrt(squared.mean()))
 
 
 @kernel
 def spread_of(
-    routes: Routes, seen: Sightings, good: NDArray[np.bool_], count: int, axes: Array,
-    links: Array, fresh: Sightings,
-) -> float:  # fmt: skip
+    routes: Routes, seen: Sightings, inliers: Ints, axes: Array, links: Array, fresh: Sightings
+) -> float:
     """Root mean square of tr J (sum J^T J)^+ J^T at the true chain: the bound at unit noise."""
     N, work = routes.columns[-1], work_for(routes, 1)
-    inliers = np.arange(count)[good[:count]]
     accumulate(routes, seen, inliers, axes, links, 1.0, 1.0, np.inf, N, work)
     # So little damping leaves out what no sighting tells and changes nothing else.
     solve_damped(work, N, 1e-10)

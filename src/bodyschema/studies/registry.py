@@ -8,6 +8,7 @@ from typing import Any
 PAPERS = {
     "hersch2008": "Hersch, Sauser, Billard 2008: online learning of the body schema",
     "nabeshima": "Nabeshima, Kuniyoshi: a method for sustainable coordination",
+    "vicente2016": "Vicente, Jamone, Bernardino 2016: body schema from imagined images",
 }
 """Papers, and what each is."""
 
@@ -22,6 +23,12 @@ STUDIES: dict[tuple[str, str], str] = {
     ("nabeshima", "hand-eye"): "nabeshima_hand_eye:HandEye",
     ("nabeshima", "figure8"): "nabeshima_figure8:Figure8",
     ("nabeshima", "figure9"): "nabeshima_figure9:Figure9",
+    ("vicente2016", "table1"): "vicente2016_table1:Table1",
+    ("vicente2016", "table2"): "vicente2016_table2:Table2",
+    ("vicente2016", "figure6"): "vicente2016_table1:Figure6",
+    ("vicente2016", "figure7"): "vicente2016_table1:Figure7",
+    ("vicente2016", "figure8"): "vicente2016_table1:Figure8",
+    ("vicente2016", "figure9"): "vicente2016_table2:Figure9",
 }
 """(paper, figure) -> module of this package and class in it."""
 

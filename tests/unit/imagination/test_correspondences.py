@@ -17,7 +17,8 @@ from bodyschema.imagination.correspondences import Rim, RimSlopes, find_rim, rim
 from bodyschema.imagination.poses import piece_poses
 from bodyschema.imagination.surface import Surface
 from bodyschema.simulation import icub
-from icub_arm import arm, eyes, readings
+from icub_arm import arm, beside_the_eye, eyes, readings
+from referees import ray_silhouette
 
 Array = NDArray[np.float64]
 
@@ -190,3 +191,21 @@ def test_the_silhouette_grows_as_its_slopes_say() -> None:
 def test_poses_of_another_shape_are_refused() -> None:
     with pytest.raises(InputError, match="2 cameras, 3 pieces"):
         find_rim(arm(), np.eye(4)[None, None], eyes())
+
+
+def test_an_arm_beside_the_camera_has_a_contour_before_the_near_plane_alone() -> None:
+    """Just outside of it nothing is seen, just inside the arm is, by ray casting at four times
+    the size; what the near plane cuts makes no points."""
+    pytest.importorskip("embreex")
+    surface, camera, points = arm(decimated=False), eyes()[0], 0
+    for T in beside_the_eye(30):
+        mask = np.pad(ray_silhouette(surface, T, eyes(1280, 960)[0]), 8, mode="edge")
+        rim = find_rim(surface, T[None], [camera])
+        poses = T[rim.piece]
+        depth = np.einsum("nj,nj->n", poses[:, 2, :3], rim.point) + poses[:, 2, 3]
+        assert (depth >= 0.01).all()
+        for away, expected in ((-0.4, True), (0.4, False)):
+            at = np.rint((rim.pixel + away * rim.normal + 0.5) * 4 - 0.5).astype(int) + 8
+            assert (mask[at[:, 1], at[:, 0]] == expected).all()
+        points += len(rim)
+    assert points > 200

@@ -3,7 +3,7 @@
 Without folders it looks at an iCub whose image it makes up. With them it also draws over images of
 the recordings that DATA has: red before the joints are corrected, green after; see docs/gallery.md.
 
-python examples/06_overlays.py [PICTURES DATA]
+python examples/08_overlays.py [PICTURES DATA]
 """
 
 from __future__ import annotations
