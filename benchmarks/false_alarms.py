@@ -21,6 +21,9 @@ import json
 import sys
 import time
 
+import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must come before numpy)
+
+# isort: split
 import numpy as np
 
 from bodyschema import lie

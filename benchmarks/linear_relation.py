@@ -18,6 +18,9 @@ import json
 import time
 from collections.abc import Callable
 
+import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must come before numpy)
+
+# isort: split
 import numpy as np
 
 from bodyschema.learning.hand_eye_points import HandEyePoints

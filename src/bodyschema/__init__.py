@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bodyschema.acting.next_poses import plan_poses
     from bodyschema.acting.reaching import reach
     from bodyschema.acting.robot import Robot
+    from bodyschema.acting.servoing import Servoing
     from bodyschema.body.camera import Camera
     from bodyschema.body.parameters import (
         Parameters,
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
     from bodyschema.learning.hand_eye_points import HandEyePoints
     from bodyschema.learning.linear_relation import PaperRelation
     from bodyschema.learning.online_gradient import OnlineGradient
+    from bodyschema.learning.particle_filter import ParticleFilter
+    from bodyschema.learning.pool import Pool
     from bodyschema.learning.pose_streams import JoinedStreams, join_streams
     from bodyschema.learning.replay import Replay
     from bodyschema.learning.shortest_links import with_shortest_links
@@ -48,6 +51,7 @@ if TYPE_CHECKING:
     from bodyschema.monitoring.link_change import LinkMonitor
     from bodyschema.monitoring.machine import Machine
     from bodyschema.recording.recording import Recording
+    from bodyschema.senses.images import Images
     from bodyschema.senses.points import Points
     from bodyschema.senses.poses import Poses
     from bodyschema.senses.touches import Touches
@@ -70,6 +74,7 @@ _HOMES = {
     "InputError": "errors",
     "MissingExtraError": "errors",
     "Recording": "recording.recording",
+    "Images": "senses.images",
     "Points": "senses.points",
     "Poses": "senses.poses",
     "Touches": "senses.touches",
@@ -81,6 +86,8 @@ _HOMES = {
     "JoinedStreams": "learning.pose_streams",
     "join_streams": "learning.pose_streams",
     "OnlineGradient": "learning.online_gradient",
+    "ParticleFilter": "learning.particle_filter",
+    "Pool": "learning.pool",
     "Replay": "learning.replay",
     "Calibration": "learning.calibration",
     "calibrate": "learning.calibrate",
@@ -96,6 +103,7 @@ _HOMES = {
     "InverseKinematics": "acting.inverse_kinematics",
     "Robot": "acting.robot",
     "reach": "acting.reaching",
+    "Servoing": "acting.servoing",
 }
 
 __all__ = [
@@ -109,6 +117,7 @@ __all__ = [
     "GaussNewton",
     "HandEye",
     "HandEyePoints",
+    "Images",
     "InputError",
     "InverseKinematics",
     "JoinedStreams",
@@ -119,11 +128,14 @@ __all__ = [
     "OnlineGradient",
     "PaperRelation",
     "Parameters",
+    "ParticleFilter",
     "Points",
+    "Pool",
     "Poses",
     "Recording",
     "Replay",
     "Robot",
+    "Servoing",
     "Smoother",
     "Stereo",
     "StereoPoints",

@@ -1,20 +1,20 @@
 """Visual servoing: small steps to the aims by the body as it is believed at that moment.
 
-With the pose x_c of each hand in the eye, by the adapted body, and its aim x_d (Eq. 28-31 of Vicente,
-Jamone, Bernardino 2016; position based, the eyes looking at the hand):
+With the pose x_c of each hand in the eye, by the adapted body, and its aim x_d (Eq. 28-31 of
+Vicente, Jamone, Bernardino 2016; position based, the eyes looking at the hand):
 
     e = (p_c - p_d, log(R_c R_d^T))          twist in the frame of the eye, at the hand
     dq = -g k J*(theta + beta^) e            g = lambda dt, the share of the error taken in a frame
 
-e is a pose error, not a difference of matrices. J* is the pseudo-inverse in which a singular value s
-below s_0 is damped, s / (s^2 + (1 - (s / s_0)^2) d^2) (Nakamura and Hanafusa 1986; Chiaverini 1997),
-so that near a singular posture the joints stay slow. Joints that would leave their range are held
-and the others solve again. With several aims e and J are stacked: two arms move at once, and joints
-that they share serve both.
+e is a pose error, not a difference of matrices. J* is the pseudo-inverse in which a singular value
+s below s_0 is damped, s / (s^2 + (1 - (s / s_0)^2) d^2) (Nakamura and Hanafusa 1986; Chiaverini
+1997), so that near a singular posture the joints stay slow. Joints that would leave their range are
+held and the others solve again. With several aims e and J are stacked: two arms move at once, and
+joints that they share serve both.
 
 The gate k follows from what is known of the hand: with P the covariance of its position in the eye
-and r = sqrt(largest eigenvalue of P), k falls from 1 at r = `sure` to 0 at r = `lost`, for the worst
-hand. A robot that does not know where its hand is stands still.
+and r = sqrt(largest eigenvalue of P), k falls from 1 at r = `sure` to 0 at r = `lost`, for the
+worst hand. A robot that does not know where its hand is stands still.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class Servoing:
         there = readings.copy()
         there[columns] += dq
         sizes = np.linalg.norm(errors.reshape(-1, 2, 3), axis=2).max(axis=0)
-        names = tuple(joints[j] for j in np.flatnonzero(held))
+        names = tuple(name for name, is_held in zip(joints, held, strict=True) if is_held)
         return ServoStep(
             np.clip(there, body.lower, body.upper), float(sizes[0]), float(sizes[1]), r, k, names
         )

@@ -4,9 +4,9 @@
     Cartesian error   T_eye_piece = T_eye_hand T_err T_eye_hand^-1 K_piece(theta),
                       T_eye_hand = K(theta), so that the hand stands at K(theta) T_err   Eq. 4
 
-of Vicente, Jamone, Bernardino 2016. beta are angles; T_err is a shift and a turn of all that is seen
-of the arm in the hand's frame, right where it was learned and nowhere else. Both are kept in rad: a
-shift is divided by ARM, so that one prior and one noise serve all six numbers.
+of Vicente, Jamone, Bernardino 2016. beta are angles; T_err is a shift and a turn, in the hand's
+frame, of all that is seen of the arm: right where it was learned and nowhere else. Both are kept in
+rad: a shift is divided by ARM, so that one prior and one noise serve all six numbers.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from bodyschema.body.kernels import AXIS, FIXED, LINK, kernel
 from bodyschema.body.kinematics import path_between
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
-from bodyschema.learning.skeleton_fit import (
+from bodyschema.learning.skeleton_sight import (
     Routes,
     Sightings,
     foresee,

@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
-from bodyschema.learning.skeleton_fit import Routes, Sightings, improve, work_for
+from bodyschema.learning.skeleton_fit import improve
+from bodyschema.learning.skeleton_sight import Routes, Sightings, work_for
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -95,7 +96,7 @@ def new_pool(size: int, axes: Array, links: Array, seed: int) -> Hypotheses:
 
 def copied(pool: Hypotheses) -> Hypotheses:
     """A pool that may be changed."""
-    return Hypotheses(*(array.copy() for array in pool))
+    return Hypotheses._make(array.copy() for array in pool)
 
 
 @kernel
@@ -112,7 +113,8 @@ def uniform(draws: NDArray[np.uint64]) -> float:
 @kernel
 def normal(draws: NDArray[np.uint64]) -> float:
     """Standard normal number (Box and Muller 1958)."""
-    return np.sqrt(-2.0 * np.log(uniform(draws))) * np.cos(2.0 * np.pi * uniform(draws))
+    length = np.sqrt(-2.0 * np.log(uniform(draws)))
+    return float(length * np.cos(2.0 * np.pi * uniform(draws)))
 
 
 @kernel
@@ -165,7 +167,7 @@ def refine(
         freedom, iterations, work,
     )  # fmt: skip
     pool.age[h] += iterations
-    return before
+    return float(before)
 
 
 @kernel
@@ -201,7 +203,7 @@ def search(
             give_up(routes, pool, h, unit, rule)
     best = best_of(pool)
     refine(routes, sightings, chosen, pool, best, unit, rule, more)
-    return best
+    return int(best)
 
 
 @kernel
@@ -235,7 +237,7 @@ def challenge(
     for array in pool[:-1]:
         array[last] = array[best]
     refine(routes, sightings, everything, pool, last, unit, rule, FINISH)
-    ring = Hypotheses(*(array[:challengers] for array in pool[:-1]), pool.draws)
+    ring = Hypotheses._make([*(array[:challengers] for array in pool[:-1]), pool.draws])
     ring.stage[:], ring.failures[:] = 0, 0
     for h in range(challengers):
         spawn(routes, ring, h, unit, rule)

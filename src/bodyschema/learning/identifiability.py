@@ -27,6 +27,7 @@ from bodyschema.body.kernels import PRISMATIC
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.learning.batch import Fit
+from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.invisible import invisible_motions, take_out
 from bodyschema.learning.normal_equations import information, whiten
 from bodyschema.senses.observations import Observations
@@ -86,13 +87,22 @@ def identifiability(fit: Fit, senses: Sequence[Observations], seed: int = 0) -> 
         senses: what was seen.
         seed: of the random postures.
     """
-    estimate = fit.estimate
-    parameters = estimate.parameters
-    if not len(parameters):
+    if not len(fit.estimate.parameters):
         return Identifiability(0, (), np.zeros(0))
+    return from_information(fit.estimate, _information_at_random(fit, senses, seed))
+
+
+def from_information(estimate: Estimate, at_random: Array) -> Identifiability:
+    """Rank and named open directions of an estimate, whatever the data were.
+
+    Args:
+        estimate: with the information of the data.
+        at_random: (n_parameters, n_parameters) what as many data of random postures would bring.
+    """
+    parameters = estimate.parameters
     D = parameters.scale
     F = D[:, None] * estimate.data_information * D
-    inherent_F = D[:, None] * _information_at_random(fit, senses, seed) * D
+    inherent_F = D[:, None] * at_random * D
     values, vectors = np.linalg.eigh(F)
     null = vectors[:, values < SAYS_LITTLE].T
     always, effect = _open_space(inherent_F), np.sqrt(np.diag(inherent_F))

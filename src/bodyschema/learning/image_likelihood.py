@@ -5,9 +5,9 @@ The pictures of all cameras are one long observation y (Eq. 16), so pixels are c
     silhouettes   p = s = #(R(y) and R(y^)) / #(R(y) or R(y^))                        Eq. 19-20
     edges         p = exp(-lambda d),  d = 1/k sum_i E(y^)(i) D(y)(i)                 Eq. 21-22
 
-R is the mask, E(y^) the k edge pixels of the imagined image, D(y) the distance of every pixel to the
-nearest Canny edge of the seen image, 0 to 255 pixels. The edges that are imagined are those of the
-silhouette: a body of one colour has no others, and its folds depend on the light.
+R is the mask, E(y^) the k edge pixels of the imagined image, D(y) the distance of every pixel to
+the nearest Canny edge of the seen image, 0 to 255 pixels. The edges that are imagined are those of
+the silhouette: a body of one colour has no others, and its folds depend on the light.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a stream of tracked points leaves behind: five small sums, of fixed size for ever.
+"""What a stream of tracked points leaves behind: four small sums, of fixed size for ever.
 
     C += A^T A            whitened rows over forty monomials, see `stereo_points`
     N += 3 k_Z k_Z^T / Z_w^2    what pixel noise adds to C on average

@@ -44,8 +44,8 @@ from bodyschema.learning.hypotheses import (
     spawn,
 )
 from bodyschema.learning.pool_state import PoolInfo, PoolState
-from bodyschema.learning.skeleton_fit import Routes, Sightings
 from bodyschema.learning.skeleton_samples import SkeletonSamples
+from bodyschema.learning.skeleton_sight import Routes, Sightings
 from bodyschema.senses.observations import Observations
 from bodyschema.senses.touches import Touches
 
@@ -104,14 +104,12 @@ class Pool:
             # A marker never seen before hangs on joints that may not be known.
             return self._search(_lost(state), sample)
         belief, innovation = self.recursive.step(state.belief, sample)
-        after = replace(
-            state, belief=belief, learned=state.learned + 1, surprise=_surprise(state, innovation)
-        )
+        after = replace(state, belief=belief, surprise=_surprise(state, innovation))
         if after.surprise > SURPRISE_BAND:
             after = _lost(after)
         elif after.phase == "locked":
             after = self._again(_remember(after, sample))
-        return after, _info(after, innovation.residual)
+        return after, _info(after, sample, innovation.residual)
 
     def _search(self, state: PoolState, sample: Observations) -> tuple[PoolState, PoolInfo]:
         residual = sample.residual(state.body)[0] if state.pool is not None else np.full(3, np.nan)
@@ -120,7 +118,7 @@ class Pool:
         assert routes is not None
         assert sightings is not None
         if 3 * len(sightings.route) < routes.rank[-1]:
-            return state, _info(state, residual)
+            return state, _info(state, sample, residual)
         if state.pool is None:
             state = self._begun(state, routes, sightings)
         else:
@@ -137,7 +135,7 @@ class Pool:
             best = search(routes, sightings, rows, pool, state.unit, self.rule)
             state = replace(state, best=int(best), streak=0)
         state = self._judged(state, pool, routes)
-        return state, _info(state, residual)
+        return state, _info(state, sample, residual)
 
     def _planned(self, state: PoolState) -> PoolState:
         """Routes for the looks so far, and no more sightings than the search remembers."""
@@ -153,7 +151,7 @@ class Pool:
         return replace(
             state,
             samples=state.samples[-most:],
-            sightings=Sightings(*(array[-most:] for array in state.sightings or ())),
+            sightings=Sightings._make(array[-most:] for array in state.sightings or ()),
         )
 
     def _begun(self, state: PoolState, routes: Routes, sightings: Sightings) -> PoolState:
@@ -186,7 +184,7 @@ class Pool:
         empty = learner.start(state.hypothesis(pool), state.parameters)
         *before, last = state.samples
         belief, _ = learner.step(replace(empty, waiting=tuple(before)), last)
-        return replace(state, belief=belief, learned=len(state.samples), surprise=1.0)
+        return replace(state, belief=belief, surprise=1.0)
 
     def _again(self, state: PoolState) -> PoolState:
         """Fit all that was kept again when its size says so."""
@@ -226,7 +224,7 @@ def _remember(state: PoolState, sample: Observations) -> PoolState:
         return state
     new = _sightings(state.reference, state.looks, (sample,))
     pairs = zip(state.sightings, new, strict=True)
-    return replace(state, sightings=Sightings(*(np.concatenate(pair) for pair in pairs)))
+    return replace(state, sightings=Sightings._make(np.concatenate(pair) for pair in pairs))
 
 
 def _sightings(body: Body, looks: tuple[Look, ...], samples: tuple[Observations, ...]) -> Sightings:
@@ -250,5 +248,5 @@ def _surprise(state: PoolState, innovation: Innovation) -> float:
     return (1 - SURPRISE_RATE) * state.surprise + SURPRISE_RATE * new
 
 
-def _info(state: PoolState, residual: Array) -> PoolInfo:
-    return PoolInfo(state.phase, residual, state.expected_error, state.surprise)
+def _info(state: PoolState, sample: Observations, residual: Array) -> PoolInfo:
+    return PoolInfo(state.phase, residual, state.expected_error(sample), state.surprise)

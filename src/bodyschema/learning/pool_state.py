@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lapack
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.skeleton import Skeleton
@@ -15,7 +16,8 @@ from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.gauss_newton import Belief
 from bodyschema.learning.growth import Look
 from bodyschema.learning.hypotheses import Hypotheses
-from bodyschema.learning.skeleton_fit import Routes, Sightings
+from bodyschema.learning.normal_equations import positive_factor
+from bodyschema.learning.skeleton_sight import Routes, Sightings
 from bodyschema.senses.observations import Observations
 
 Array = NDArray[np.float64]
@@ -49,8 +51,6 @@ class PoolState:
     """Of the recursive learner, from the lock on."""
     surprise: float = 1.0
     """Running mean of the capped surprise over its expectation."""
-    learned: int = 0
-    """Sightings behind the belief."""
 
     @property
     def body(self) -> Body:
@@ -74,18 +74,18 @@ class PoolState:
         n = len(self.parameters)
         return Estimate(self.reference, self.parameters, np.zeros(n), np.zeros((n, n)))
 
-    @property
-    def expected_error(self) -> float:
-        """m, root mean square of what a prediction errs by; inf while searching.
+    def expected_error(self, sample: Observations) -> float:
+        """m, root mean square of what a prediction of this sample errs by; inf while searching.
 
-        Noise level times sqrt(rank / sightings), which is the mean over the postures seen.
+        The square root of tr J C J^T, with C the covariance of the belief.
         """
-        if self.belief is None or self.routes is None:
+        if self.belief is None:
             return np.inf
-        noise = self.belief.estimate.noise or {}
-        return float(
-            max(noise.values(), default=0.0) * np.sqrt(self.routes.rank[-1] / self.learned)
-        )
+        belief, D = self.belief, self.parameters.scale
+        J = sample.linearize(belief.reference, belief.parameters, belief.anchor).by_parameter[0]
+        L = positive_factor(D[:, None] * belief.information * D)
+        half, _ = lapack.dtrtrs(L, (J * D).T, lower=1)
+        return float(np.linalg.norm(half))
 
 
 @dataclass(frozen=True)

@@ -88,7 +88,7 @@ def _read(weights: Array, places: Array) -> Ints:
     shares = np.cumsum(weights)
     found = np.searchsorted(shares, places * shares[-1], side="right")
     last = int(np.flatnonzero(weights)[-1])  # rounding must not lead beyond the last one alive
-    return np.minimum(found, last).astype(np.int64)
+    return np.asarray(np.minimum(found, last), dtype=np.int64)
 
 
 def _checked(weights: ArrayLike) -> Array:

@@ -23,7 +23,7 @@ Mourikis, Roumeliotis 2008, see `gauss_newton`).
     C <- C + E Q E^T,    Lambda <- Lambda - Lambda E (Q^-1 + E^T Lambda E)^-1 E^T Lambda,
 
 which is Woodbury's identity: a tool that was exchanged is learnt anew, the arm is not.
-Source: the tool experiment of Hersch, Sauser and Billard 2008, section 5.2, whose gradient has no
+Source: the tool experiment of Hersch, Sauser and Billard 2008, section 5.3, whose gradient has no
 prior and reaches the tool by changing the arm.
 """
 

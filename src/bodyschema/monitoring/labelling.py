@@ -7,7 +7,9 @@ the prior, over the noise's level), n the residuals behind it and k_b the block'
     I_b = c_b + k_b ln n
 
 is compared (Schwarz 1978). A block is named when its cost is credible, c < n + 6 sqrt(2 n), and
-every other I is MARGIN higher. While the body is still moving no block is credible: all start anew.
+every other I is MARGIN higher. Some blocks contain others: a tool can move in every way that the
+last joint moves it. From SIMPLER samples on a block needs no margin over larger ones, only the
+lower I. While the body is still moving no block is credible: all start anew.
 "Nothing" wins a scare that a burst of wild samples caused. When time runs out all is learned again.
 """
 
@@ -29,6 +31,9 @@ NOTHING, EVERYTHING = "", "everything"
 FIRST, MOVING, CALM, LONGEST = 15, 27, 45, 240
 """Samples before the first verdict, before trials start anew, before nothing has changed, and
 before everything is learned again."""
+
+SIMPLER = 120
+"""Samples after which the smaller of two blocks that explain the same is named."""
 
 MARGIN = 30.0
 """In units of chi-square."""
@@ -72,10 +77,9 @@ def weigh(
     if trials.samples < FIRST or trials.samples % 3:
         return trials, None
     index, credible = _compare(learner, trials)
-    best, second = sorted(index, key=lambda name: index[name])[:2]
-    margin = MARGIN if best != NOTHING else 0.0
+    best = min(index, key=lambda name: index[name])
     early = best == NOTHING and trials.samples < CALM
-    if credible[best] and index[second] - index[best] > margin and not early:
+    if credible[best] and not early and _stands_out(learner, best, index, trials.samples):
         belief = trials.base if best == NOTHING else beliefs[best]
         return trials, Verdict(best, belief)
     if trials.total >= LONGEST:
@@ -83,6 +87,21 @@ def weigh(
     if trials.samples >= MOVING and not any(credible.values()):
         return replace(begin(learner, trials.base), total=trials.total), None
     return trials, None
+
+
+def _stands_out(
+    learner: Watchable[State, Sample], best: str, index: Mapping[str, float], samples: int
+) -> bool:
+    """Whether every other I is far enough above the lowest."""
+    if best == NOTHING:
+        return True
+    size = {name: len(learner.blocks[name]) if name else 0 for name in index}
+    rivals = [
+        index[name]
+        for name in index
+        if name != best and not (samples >= SIMPLER and size[name] > size[best])
+    ]
+    return min(rivals) - index[best] > MARGIN
 
 
 def credible(learner: Watchable[State, Sample], belief: State, level: float) -> bool:

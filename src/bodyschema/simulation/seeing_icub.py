@@ -10,7 +10,6 @@ Bodies have no weight here, so nothing swings or sags: a command places the join
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, Literal
@@ -118,9 +117,9 @@ class SeeingIcub:
         return Images(float(self._frames - 1), self.read(), cameras, pictures)
 
     def hidden_share(self) -> float:
-        """Share of the pixels on the robot, in both eyes, that belong to links a mask leaves out."""
+        """Share of what both eyes see of the robot that belongs to links a mask leaves out."""
         ids = np.stack([self._geoms(camera.frame) for camera in stereo_eyes()])
-        robot = (ids >= 0) & np.isin(self._model.geom_group[ids], [0])
+        robot = (ids >= 0) & (self._model.geom_group[ids] != clutter.GROUP)
         other = robot & ~np.isin(ids, self._shown)
         return float(other.sum() / max(int(robot.sum()), 1))
 
@@ -142,7 +141,13 @@ class SeeingIcub:
     def _drawing(self) -> Any:
         """The renderer, made at the first look: a robot that only moves needs no graphics."""
         if self._renderer is None:
-            self._renderer = self._mujoco.Renderer(self._model, eyes.HEIGHT, eyes.WIDTH)
+            try:
+                self._renderer = self._mujoco.Renderer(self._model, eyes.HEIGHT, eyes.WIDTH)
+            except Exception as error:  # every way to OpenGL has errors of its own
+                raise InputError(
+                    f"MuJoCo cannot draw here ({error}); install OpenGL's EGL or OSMesa and set "
+                    "MUJOCO_GL to egl or osmesa."
+                ) from None
         return self._renderer
 
 
@@ -184,8 +189,6 @@ def _model(scene: Scene) -> Any:
 
 
 def _mujoco() -> Any:
-    # Off screen unless the user has chosen; read when mujoco is first imported.
-    os.environ.setdefault("MUJOCO_GL", "egl")
     try:
         import mujoco
     except ImportError:

@@ -1,8 +1,8 @@
 """What may learn the offsets in the studies of Vicente et al. 2016, behind one face.
 
 A method is built for a surface and a scene. It starts with what the robot believes and the joints
-that may be off; every frame brings the next state and an info with `offsets` (7,) and their
-`covariance` (7, 7), in rad. A method joins by one line in `METHODS`.
+that may be off; every frame brings the next state and an info. A method joins by one line in
+`METHODS` and its name in the `method` of the studies.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class OffsetInfo(Protocol):
-    """What a study reads of one frame; `effective_size` counts as `particles` where absent."""
+    """What a study reads of one frame."""
 
     @property
     def offsets(self) -> Array:
@@ -35,6 +35,11 @@ class OffsetInfo(Protocol):
     @property
     def covariance(self) -> Array:
         """(7, 7) rad^2."""
+        ...
+
+    @property
+    def effective_size(self) -> float:
+        """How many equally weighted hypotheses those of this frame are worth."""
         ...
 
 

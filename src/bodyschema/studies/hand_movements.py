@@ -113,7 +113,7 @@ def _ends() -> Array:
         apart = np.linalg.norm(features[:, None] - features[chosen], axis=2).min(axis=1)
         # Neither the farthest, which stand at the border of what can be seen, nor a near one.
         chosen.append(int(np.argsort(apart)[int(0.8 * len(apart))]))
-    return q[chosen]
+    return np.asarray(q[chosen])
 
 
 def _beginnings(body: Body, q_f: Array, T_d: Array, rng: np.random.Generator) -> Iterator[Array]:
@@ -131,7 +131,7 @@ def _beginnings(body: Body, q_f: Array, T_d: Array, rng: np.random.Generator) ->
 
 
 def _arm_at_random(body: Body, n: int, rng: np.random.Generator) -> Array:
-    """Postures (n, n_joints) with a random right arm; all but the head is as near zero as it can."""
+    """Postures (n, n_joints) with a random right arm; what else moves but the head is near zero."""
     q = np.tile(np.clip(0.0, body.lower, body.upper), (n, 1))
     for name, angle in HEAD.items():
         q[:, body.joint_index(name)] = angle

@@ -3,7 +3,7 @@
 The arm has the four joints and the dimensions of HOAP-3; head and waist stand still, so the camera
 is a fixed frame. The robot knows its arm to 0.01 rad an axis and 3 mm a link and does not know that
 it holds anything: its tip is the hand. The eyes see the tip of the stick with normal noise, and now
-and then something else (Hersch, Sauser and Billard 2008, section 5.2).
+and then something else (Hersch, Sauser and Billard 2008, section 5.3).
 """
 
 from __future__ import annotations

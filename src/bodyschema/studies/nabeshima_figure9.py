@@ -141,6 +141,11 @@ def summarise(scores: Sequence[Result]) -> Result:
             if named
             else None
         ),
+        "first_blamed_right": (
+            float(np.mean([change["first_blamed"] == change["truth"] for change in named]))
+            if named
+            else None
+        ),
         "false_alarms_per_hour": alarms / hours if hours else 0.0,
         "false_alarms": alarms,
         "hours_watched": hours,

@@ -27,16 +27,8 @@ from bodyschema.body.parameters import free_skeleton
 from bodyschema.learning.growth import Look, plan
 from bodyschema.learning.hypotheses import Hypotheses, Rule, challenge, new_pool, search, spawn
 from bodyschema.learning.pool import AGAIN, PREDICTED, Pool
-from bodyschema.learning.skeleton_fit import (
-    Routes,
-    Sightings,
-    accumulate,
-    foresee,
-    solve_damped,
-    square_errors,
-    told_variance,
-    work_for,
-)
+from bodyschema.learning.skeleton_fit import accumulate, solve_damped, square_errors, told_variance
+from bodyschema.learning.skeleton_sight import Routes, Sightings, foresee, work_for
 from bodyschema.studies.random_chains import (
     Generator,
     chain_body,
@@ -112,7 +104,7 @@ def noisy_pool_run(protocol: PoolProtocol, n_joints: int, seed: int, run: int) -
         best = search(routes, seen, np.arange(M), pool, unit, learner.rule)
     found = []
     for times in (1, *AGAIN):
-        part = Sightings(*(array[: times * lock] for array in seen))
+        part = Sightings._make(array[: times * lock] for array in seen)
         if times > 1:
             best = challenge(
                 routes, part, 2 * lock, pool, best, unit, learner.rule, learner.challengers,
@@ -130,7 +122,8 @@ def _shown(
     rng: np.random.Generator, routes: Routes, axes: Array, links: Array, reach: float, count: int
 ) -> Sightings:
     """Sightings of the true chain, without noise."""
-    sightings, levers = blank(count, len(axes)), np.empty((len(axes), 3))
+    sightings: Sightings = blank(count, len(axes))
+    levers = np.empty((len(axes), 3))
     for i in range(count):
         show(rng, routes, axes, links, reach, levers, sightings, i)
     return sightings

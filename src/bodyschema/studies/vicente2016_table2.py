@@ -18,8 +18,8 @@ from bodyschema.studies.hand_methods import METHODS
 from bodyschema.studies.hand_movements import FINALS, INITIALS
 from bodyschema.studies.hand_summary import mean_and_sd, text
 from bodyschema.studies.study import Result, Rows, Task
-from bodyschema.studies.watched_hand import Trace, watch
 from bodyschema.studies.vicente2016_table1 import MODELS
+from bodyschema.studies.watched_hand import Trace, watch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

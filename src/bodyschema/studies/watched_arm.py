@@ -148,11 +148,14 @@ def score(events: Sequence[Sequence[Any]]) -> dict[str, Any]:
     for block, (begin, end) in changes.items():
         inside = [event for event in events if begin <= event[0] < end]
         alarms = [t for t, kind, _ in inside if kind == "alarm"]
-        blamed = [name for _, kind, name in inside if kind == "changed"]
         known = [t for t, kind, _ in inside if kind == "identified" and alarms and t > alarms[0]]
+        settled = known[0] if known else end
+        # A change that takes a second may be named twice: what counts is the name that stays.
+        blamed = [name for t, kind, name in inside if kind == "changed" and t <= settled]
         answer[block] = {
             "delay": alarms[0] - begin if alarms and _observing(events, begin) else None,
-            "blamed": blamed[0] if blamed else None,
+            "blamed": blamed[-1] if blamed else None,
+            "first_blamed": blamed[0] if blamed else None,
             "known_again": known[0] - alarms[0] if known else None,
         }
     answer["false_alarms"] = _false_alarms(events)

@@ -71,7 +71,7 @@ class Trace:
     reaching: list[Array]
     believed_reaching: list[Array]
     sizes: list[float]
-    """Effective sample size over the particle count, where the method has one."""
+    """Effective sample size over the particle count."""
     nees: list[float]
     seconds: float
     """Processor time of the learner alone."""
@@ -193,7 +193,7 @@ def _note(
     trace.without.append(distance(x_r, x_n))
     trace.reaching.append(distance(way.T_d, x_r))
     trace.believed_reaching.append(distance(way.T_d, x_e))
-    trace.sizes.append(float(getattr(info, "effective_size", particles)) / particles)
+    trace.sizes.append(info.effective_size / particles)
     columns = [body.joint_index(name) for name in icub.RIGHT_ARM]
     J = frame_jacobian(adapted, q, eye, hand)[:, columns]
     e, P = pose_error(x_r, x_e), J @ info.covariance @ J.T

@@ -10,15 +10,8 @@ from bodyschema.body.kernels import FIXED, PRISMATIC, REVOLUTE
 from bodyschema.body.parameters import free_skeleton
 from bodyschema.body.tree import Body
 from bodyschema.learning.growth import Look, plan, stacked
-from bodyschema.learning.skeleton_fit import (
-    Routes,
-    Sightings,
-    foresee,
-    improve,
-    slide,
-    tangents,
-    work_for,
-)
+from bodyschema.learning.skeleton_fit import improve, slide
+from bodyschema.learning.skeleton_sight import Routes, Sightings, foresee, tangents, work_for
 from bodyschema.simulation.humanoid import BETWEEN, ENDS, EYE, humanoid
 
 Array = NDArray[np.float64]

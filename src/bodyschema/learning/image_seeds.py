@@ -1,0 +1,122 @@
+"""First guesses from pictures: many bodies of the prior, scored coarsely; the best are kept.
+
+The guesses x = sigma Phi^-1(u), u of a Sobol sequence, fill the prior more evenly than random ones
+(Owen's scrambling by `seed`). Each is imagined at a few postures in pictures of at most WIDTH
+columns and scored by `imagination.scores`; the scores of all pictures add up, as log likelihoods
+do. x = 0 is always among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+from bodyschema.body.parameters import Parameters
+from bodyschema.body.tree import Body
+from bodyschema.errors import MissingExtraError
+from bodyschema.imagination.edge_image import ObservedEdges
+from bodyschema.imagination.observed import ObservedMask
+from bodyschema.imagination.poses import piece_poses
+from bodyschema.imagination.scores import OrientedChamfer, Overlap, Score
+from bodyschema.imagination.surface import Surface
+from bodyschema.senses.images import Images
+
+Array = NDArray[np.float64]
+
+WIDTH = 320
+"""pixels; the pictures of coarse guesses have no more columns."""
+
+
+def sobol_seeds(parameters: Parameters, n: int, seed: int) -> Array:
+    """Guesses (n, n_parameters) from the prior; the first is zero.
+
+    Args:
+        parameters: with priors; one without takes its scale.
+        n: how many, rounded up to a power of two.
+        seed: of the scrambling.
+    """
+    u = qmc.Sobol(len(parameters), rng=np.random.default_rng(seed)).random_base2(
+        max(n - 1, 1).bit_length()
+    )
+    x = parameters.scale * ndtri(np.clip(u, 1e-6, 1 - 1e-6))
+    x[0] = 0.0
+    return np.asarray(np.clip(x, -parameters.bound, parameters.bound))
+
+
+def coarse(seen: Images) -> Images:
+    """The same moment in smaller pictures."""
+    cv2 = _cv2()
+    cameras, pictures = [], []
+    for camera, picture in zip(seen.cameras, seen.pictures, strict=True):
+        share = min(1.0, WIDTH / camera.width)
+        size = round(share * camera.width), round(share * camera.height)
+        values: NDArray[Any] = picture.astype(np.uint8) * 255 if seen.masked else picture
+        small = cv2.resize(values, size, interpolation=cv2.INTER_AREA)
+        cameras.append(camera.scaled(*size))
+        pictures.append(np.asarray(small >= 128 if seen.masked else small))
+    return replace(seen, cameras=tuple(cameras), pictures=tuple(pictures))
+
+
+def coarse_score(surface: Surface, seen: Images) -> Score:
+    """Overlap with masks, or distance to edges of the same direction."""
+    if seen.masked:
+        masks = [ObservedMask.of(picture) for picture in seen.pictures]
+        return Overlap(surface, seen.cameras, masks)
+    edges = [ObservedEdges.of(picture) for picture in seen.pictures]
+    return OrientedChamfer(surface, seen.cameras, edges)
+
+
+def scored(
+    surface: Surface,
+    body: Body,
+    parameters: Parameters,
+    guesses: Array,
+    frames: Sequence[Images],
+    threads: int = 1,
+) -> Array:
+    """Score of each guess over all pictures, (n,); the more the better.
+
+    Args:
+        surface: the visible body.
+        body: round which the parameters are charted.
+        parameters: what the columns of the guesses mean.
+        guesses: (n, n_parameters).
+        frames: pictures of some postures.
+        threads: how many work.
+    """
+    bodies = [body.with_parameters(parameters, x) for x in guesses]
+    total = np.zeros(len(guesses))
+    for seen in frames:
+        poses = [piece_poses(b, seen.q, seen.cameras, surface.frames) for b in bodies]
+        score = coarse_score(surface, seen)
+        total += score.score(np.concatenate(poses), threads).sum(axis=1)
+    return total
+
+
+def spread_out(q: Array, n: int) -> list[int]:
+    """Rows of n postures far from each other, in the order of their rows.
+
+    Args:
+        q: (n_postures, n_joints).
+        n: how many, if there are as many.
+    """
+    chosen = [int(np.argmin(np.linalg.norm(q - q.mean(axis=0), axis=1)))]
+    while len(chosen) < min(n, len(q)):
+        away = np.linalg.norm(q[:, None] - q[chosen], axis=2).min(axis=1)
+        away[chosen] = -1.0
+        chosen.append(int(np.argmax(away)))
+    return sorted(chosen)
+
+
+def _cv2() -> Any:
+    try:
+        import cv2
+    except ImportError:
+        raise MissingExtraError("opencv-python-headless", "vision", "scaling pictures") from None
+    return cv2
