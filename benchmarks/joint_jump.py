@@ -28,8 +28,8 @@ import bodyschema as bs  # sets one BLAS thread a process, so it must come befor
 
 # isort: split
 import numpy as np
-from arms import robots
 
+from arms import robots
 from bodyschema import lie
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.parameters import free_frame, free_joints, join
@@ -54,6 +54,9 @@ REACH = np.array([1.2, 0.7, 0.8, 1.2, 1.2, 2.0])
 SPEED = 0.5 * 3.15
 """rad/s, peak."""
 
+TRACKER = np.array([1.5, 0.0, 0.5])
+"""m: where it is, give or take a metre."""
+
 NOISE = (1e-3, np.deg2rad(0.2))
 """m and rad."""
 
@@ -69,7 +72,7 @@ def draw_truth(rng: np.random.Generator) -> bs.Body:
     body = nominal()
     zeros = free_joints(body, ("offsets",))
     body = body.with_parameters(zeros, rng.normal(size=6) * 0.02)
-    T_tracker = lie.transform(lie.exp_so3(rng.normal(size=3)), rng.normal(size=3) + [1.5, 0, 0.5])
+    T_tracker = lie.transform(lie.exp_so3(rng.normal(size=3)), rng.normal(size=3) + TRACKER)
     T_marker = lie.transform(lie.exp_so3(rng.normal(size=3)), [0.08, 0.05, 0.12])
     return body.with_placement("tracker", T_tracker).with_placement("marker", T_marker)
 

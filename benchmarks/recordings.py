@@ -15,6 +15,11 @@ talos   held-out error of the point, with joint offsets and with the model that 
         links, which are all they can learn; the pool takes nothing of them from the model.
         "from_nothing" is the skeleton learned without the URDF, from the order of the joints alone.
 tiago   what `calibrate` says of a recording with a clock fault.
+ur5_artag  hand and eye from pairs of poses with outliers: scatter of the target in the hand, all
+        pairs counted ("rms_mm" is dominated by the wrong ones; "inlier_rms_mm" by those with
+        weight above one half).
+eth     hand and eye from two streams with clocks of their own: lag, and scatter of the target in
+        the base; and how far two recordings of one rig put the eye apart.
 """
 
 from __future__ import annotations
@@ -37,9 +42,11 @@ from bodyschema.body.dh import DHRow, body_from_dh
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.learning.batch import Fit
 from bodyschema.learning.discrepancy import learn_discrepancy
+from bodyschema.learning.hand_eye_calibration import solve_hand_eye
 from bodyschema.learning.held_out import folds_of, held_out, outlier_free
 from bodyschema.learning.learner import run
 from bodyschema.learning.one_pass import BURN_IN, Fitting, LearnerName, fitting
+from bodyschema.learning.pose_streams import join_streams
 from bodyschema.learning.problem import Knowledge, Problem
 from bodyschema.recording.tables import open_recording
 from bodyschema.senses.observations import Observations
@@ -260,6 +267,68 @@ def tiago(data: Path) -> dict[str, Any]:
     }
 
 
+def scatter(place: np.ndarray, mean: np.ndarray, weights: np.ndarray) -> dict[str, float]:
+    """How far a frame that stands still was seen from where it is: in mm and degrees."""
+    apart = 1e3 * np.linalg.norm(place[:, :3, 3] - mean[:3, 3], axis=1)
+    turned = np.linalg.norm(lie.log_so3(mean[:3, :3].T @ place[:, :3, :3]), axis=1)
+    good = weights > 0.5
+    return {
+        "median_mm": float(np.median(apart)),
+        "rms_mm": float(np.sqrt(np.mean(apart**2))),
+        "inlier_rms_mm": float(np.sqrt(np.mean(apart[good] ** 2))),
+        "median_deg": float(np.rad2deg(np.median(turned))),
+        "outliers": int(np.sum(~good)),
+        "pairs": len(apart),
+    }
+
+
+def ur5_artag(data: Path) -> dict[str, Any]:
+    """Eye on the base, target on the hand."""
+    path = data / "ur5_artag_handeye" / "pairs.csv"
+    pairs = np.loadtxt(path, delimiter=",", skiprows=1)
+    T_base_hand, T_eye_target = pairs[:, :16].reshape(-1, 4, 4), pairs[:, 16:].reshape(-1, 4, 4)
+    begin = time.perf_counter()
+    answer = solve_hand_eye(T_base_hand, T_eye_target, eye_on="base")
+    seconds = time.perf_counter() - begin
+    seen = lie.inverse(T_base_hand) @ answer.Y @ T_eye_target
+    return {**scatter(seen, answer.X, answer.weights), "seconds": seconds}
+
+
+def pose_stream(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Times that increase, and poses (time, x, y, z, quaternion with w last)."""
+    lines = path.read_text(encoding="utf-8").replace(",", " ").splitlines()
+    table = np.array([line.split() for line in lines if line.strip()], dtype=np.float64)
+    latest = np.maximum.accumulate(np.concatenate([[-np.inf], table[:-1, 0]]))
+    table = table[table[:, 0] > latest]
+    quaternion = table[:, 4:] / np.linalg.norm(table[:, 4:], axis=1, keepdims=True)
+    return table[:, 0], lie.transform(lie.rotation_from_xyzw(quaternion), table[:, 1:4])
+
+
+def eth(data: Path) -> dict[str, Any]:
+    """Eye on the hand; every recording of the set."""
+    figures: dict[str, Any] = {}
+    place = {}
+    for name in ("robot_arm_real", "robot_arm_sim", "primesense_vicon_1", "primesense_vicon_2"):
+        time_hand, hand = pose_stream(data / "eth_handeye" / f"{name}_hand.csv")
+        time_eye, T_target_eye = pose_stream(data / "eth_handeye" / f"{name}_eye.csv")
+        begin = time.perf_counter()
+        found = join_streams(time_hand, hand, time_eye, lie.inverse(T_target_eye))
+        seconds = time.perf_counter() - begin
+        answer = found.hand_eye
+        seen = found.T_base_hand @ answer.X @ lie.inverse(T_target_eye[found.rows])
+        place[name] = answer.X[:3, 3]
+        figures[name] = {
+            **scatter(seen, answer.Y, answer.weights),
+            "lag_s": found.lag,
+            "lag_std_s": found.lag_std,
+            "determined": answer.determined,
+            "seconds": seconds,
+        }
+    apart = place["primesense_vicon_1"] - place["primesense_vicon_2"]
+    figures["two_recordings_apart_mm"] = float(1e3 * np.linalg.norm(apart))
+    return figures
+
+
 def measure(data: Path) -> dict[str, Any]:
     """All figures."""
     arm: dict[str, Any] = {"nominal_rms_mm": fr3_nominal(data)}
@@ -277,6 +346,8 @@ def measure(data: Path) -> dict[str, Any]:
             "from_nothing": talos_skeleton(data),
         },
         "tiago": tiago(data),
+        "ur5_artag": ur5_artag(data),
+        "eth": eth(data),
     }
 
 

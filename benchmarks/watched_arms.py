@@ -126,7 +126,9 @@ def med7(
     folder = data / "stereo"
     body = bs.Body.from_urdf(data / "lbr_med7_r800.urdf")
     surface = bs.Surface.of(body, faces=faces)
-    body = body.attach("left", "lbr_link_0", np.load(folder / f"{start}.npy") @ OPTICAL)
+    body = body.attach(
+        "left", "lbr_link_0", np.load(folder / f"{start}.npy").reshape(4, 4) @ OPTICAL
+    )
     # Rectified, the right camera stands 0.12 m to the right of the left one.
     body = body.attach("right", "left", lie.transform(np.eye(3), [0.12, 0, 0]))
     K = np.array([[534.6265, 0, 478.0846], [0, 534.6265, 260.9944], [0, 0, 1]])

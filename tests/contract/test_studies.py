@@ -12,9 +12,10 @@ from bodyschema.studies.registry import PAPERS, STUDIES, study_class
 from bodyschema.studies.runner import run_study, settings_of
 
 QUICK = {("hersch2008", "figure13"): {"steps": 400}}
-QUICK |= {("vicente2016", f"table{n}"): {"frames": 3} for n in (1, 2)}
-QUICK |= {("vicente2016", f"figure{n}"): {"frames": 3, "closed_frames": 2} for n in (6, 7, 8)}
-QUICK |= {("vicente2016", "figure9"): {"frames": 3}}
+for _name in ("table1", "figure6", "figure7", "figure8"):
+    QUICK["vicente2016", _name] = {"frames": 3, "closed_frames": 2}
+for _name in ("table2", "figure9", "generalisation"):
+    QUICK["vicente2016", _name] = {"frames": 3}
 """Settings of studies whose one run takes long."""
 
 

@@ -1,17 +1,35 @@
-"""`bodyschema check`: does a calibration still explain a new recording?"""
+"""`bodyschema check`: does a calibration still explain a new recording?
+
+A few postures are tested as a whole. A recording with times, long and dense enough, is watched as
+well: then the answer also says when something changed.
+"""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import tyro
 
 from bodyschema.errors import InputError
 from bodyschema.monitoring.change import ChangeTest, Suspect, detect_change
+from bodyschema.monitoring.labelling import EVERYTHING
+from bodyschema.monitoring.stream_check import (
+    UNNAMED,
+    Change,
+    StreamCheck,
+    check_stream,
+    is_stream,
+)
+from bodyschema.senses.observations import Observations
+
+POSTURES = 100
+"""Of a stream, that are tested as a whole."""
 
 
 @dataclass(frozen=True)
@@ -46,31 +64,83 @@ class Check:
             raise InputError(
                 f"the recording shows {rows} postures; at least 3 are needed to check."
             )
-        answer = detect_change(stored.estimate, senses, stored.fields, self.false_alarm)
+        stream = None
+        if is_stream(senses):
+            # Two tests share the allowed rate; the first takes the recording as one moment.
+            half = self.false_alarm / 2
+            answer = detect_change(stored.estimate, thinned(senses), stored.fields, half)
+            stream = check_stream(stored.estimate, senses, half)
+        else:
+            answer = detect_change(stored.estimate, senses, stored.fields, self.false_alarm)
         if self.json:
-            print(json.dumps(check_json(answer, rows)))
+            print(json.dumps(check_json(answer, rows, stream)))
+        elif stream is not None and stream.changes:
+            print(describe_changes(stream))
         else:
             print(describe_check(answer, rows, self))
-        return 1 if answer.changed else 0
+        return 1 if answer.changed or (stream is not None and stream.changes) else 0
 
 
-def check_json(answer: ChangeTest, rows: int) -> dict[str, Any]:
-    """The answer in plain types; changes in SI."""
+def thinned(senses: Sequence[Observations]) -> list[Observations]:
+    """At most POSTURES samples of each sense, evenly spread over the recording."""
+    return [
+        sense.take(np.unique(np.linspace(0, len(sense) - 1, POSTURES).astype(int)))
+        for sense in senses
+    ]
+
+
+def check_json(answer: ChangeTest, rows: int, stream: StreamCheck | None = None) -> dict[str, Any]:
+    """The answer in plain types; changes in SI, "watched_s" null where there was no stream."""
+    changes = stream.changes if stream is not None else ()
+    changed = answer.changed or bool(changes)
+    suspects: Sequence[Suspect | Change] = changes or answer.suspects
     return {
-        "verdict": "changed" if answer.changed else "still true",
-        "changed": answer.changed,
-        "p_value": answer.p_value,
+        "verdict": "changed" if changed else "still true",
+        "changed": changed,
+        "p_value": min([answer.p_value, *(change.p_value for change in changes)]),
         "suspects": [
             {
                 "part": suspect.part,
                 "p_value": suspect.p_value,
                 "change": dict(zip(suspect.names, map(float, suspect.change), strict=True)),
             }
-            for suspect in answer.suspects
+            for suspect in suspects
         ],
         "position_rms_mm": 1e3 * answer.position_rms,
         "rows": rows,
+        "watched_s": stream.seconds if stream is not None else None,
+        "changes": [
+            {
+                "part": change.part,
+                "time_s": change.time,
+                "row": change.row,
+                "noticed_s": change.noticed,
+                "change": dict(zip(change.names, change.change, strict=True)),
+                "std": dict(zip(change.names, change.std, strict=True)),
+                "p_value": change.p_value,
+            }
+            for change in changes
+        ],
     }
+
+
+def describe_changes(stream: StreamCheck) -> str:
+    """What changed within a recording, and when, with what to do next."""
+    lines = []
+    for change in stream.changes:
+        when = f"changed at {change.time:.2f} s (row {change.row}"
+        lines.append(
+            f"{when}, noticed {change.noticed - change.time:.2f} s later): {_what(change)}"
+        )
+    return "\n".join([*lines, "Next: look at it, then calibrate anew from a fresh recording."])
+
+
+def _what(change: Change) -> str:
+    if change.part == UNNAMED:
+        return "the recording ends before it is clear what."
+    if change.part == EVERYTHING:
+        return "more than one part; what came after was not watched."
+    return _blame(change)
 
 
 def describe_check(answer: ChangeTest, rows: int, asked: Check) -> str:
@@ -87,11 +157,13 @@ def describe_check(answer: ChangeTest, rows: int, asked: Check) -> str:
     )
 
 
-def _blame(suspect: Suspect) -> str:
+def _blame(suspect: Suspect | Change) -> str:
     units = {"turn": (180 / math.pi, "deg"), "offset": (180 / math.pi, "deg"), "link": (1e3, "mm")}
+    stds = suspect.std if isinstance(suspect, Change) else [None] * len(suspect.names)
     parts = []
-    for name, value in zip(suspect.names, suspect.change, strict=True):
+    for name, value, std in zip(suspect.names, suspect.change, stds, strict=True):
         what = name.removeprefix(f"{suspect.part}.")
         scale, unit = units[what.split("_")[0]]
-        parts.append(f"{what} {scale * value:+.2f} {unit}")
+        sure = "" if std is None else f" +- {scale * std:.2f}"
+        parts.append(f"{what} {scale * value:+.2f}{sure} {unit}")
     return f"{suspect.part}: {', '.join(parts)}"

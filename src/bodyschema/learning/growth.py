@@ -113,8 +113,8 @@ def _ranks(routes: Routes, varied: Sequence[bool]) -> Ints:
     axes = rng.normal(size=(nodes, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     links = rng.normal(size=(nodes, 3))
-    # Twice as many numbers as columns for every route.
-    each = 2 * int(routes.columns[-1]) // 3 + 1
+    # More numbers of each route than its path has columns.
+    each = 5 * routes.path.shape[1] // 3 + 2
     theta = rng.uniform(-1.5, 1.5, (each * n_routes, nodes))
     nowhere = np.zeros((len(theta), 3))
     route = np.arange(len(theta)) % n_routes

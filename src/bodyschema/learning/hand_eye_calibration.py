@@ -8,6 +8,10 @@ fits that `pose_pairs` refines from them. Streams with clocks of their own are j
 t_hand = t_eye + lag, that maximises the correlation of the angular speeds and is then refined
 together with X and Y.
 
+The eye's lengths may have a scale of their own: a single moving camera has no other, and a target
+printed in another size than was said looks like one. It is free where that raises the logarithm of
+the likelihood by more than half the logarithm of the numbers seen (Schwarz 1978) and `MARGIN`.
+
 Motions that all turn about one axis leave the translation of X along that axis open. The covariance
 says so, and where its largest standard deviation exceeds what the caller accepts, the answer names
 the axis and is not to be trusted.
@@ -23,13 +27,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.learning.pair_starts import pair_starts
+from bodyschema.learning.pair_starts import Frames, pair_starts
 from bodyschema.learning.pose_pairs import REACH, PairFit, refine
 
 Array = NDArray[np.float64]
 Mount = Literal["hand", "base"]
 
 FEWEST_PAIRS = 3
+MARGIN = 5.0
+"""What a scale must gain beyond the criterion: noise is never quite what the fit takes it for."""
+
 LEAST_TURN = 0.01
 """rad: poses that turn less than this from each other show nothing of where the eye is."""
 
@@ -67,7 +74,10 @@ class HandEye:
         """One sentence for people, with the motion that would help."""
         size = f"{1e3 * self.largest_std:.2g} mm"
         if self.determined:
-            return f"the translation is known to {size} or better in every direction."
+            scaled = (
+                "" if self.scale == 1 else f"; the eye's lengths are {self.scale:.4g} times true"
+            )
+            return f"the translation is known to {size} or better in every direction{scaled}."
         axis = ", ".join(f"{part:+.2f}" for part in self.uncertain_axis)
         return (
             f"the translation along ({axis}) of the hand is not determined (std {size}): the hand "
@@ -79,7 +89,7 @@ def solve_hand_eye(
     T_base_hand: ArrayLike,
     T_eye_target: ArrayLike,
     eye_on: Mount = "hand",
-    free_scale: bool = False,
+    free_scale: bool | None = None,
     accepted_std: float = 0.05,
     seed: int = 0,
 ) -> HandEye:
@@ -89,7 +99,7 @@ def solve_hand_eye(
         T_base_hand: (n, 4, 4) from the robot.
         T_eye_target: (n, 4, 4) from the eye, one for each.
         eye_on: whether the hand or the base carries the eye.
-        free_scale: the eye's translations have one unknown scale (a single moving camera).
+        free_scale: the eye's translations have one unknown scale; decided by the data when None.
         accepted_std: m; above it the translation counts as not determined.
         seed: of the random starts.
 
@@ -108,12 +118,21 @@ def solve_hand_eye(
             "place of the eye cannot be seen; record poses that turn about two axes."
         )
     B = lie.inverse(T) if eye_on == "hand" else T
+    starts = pair_starts(A, B, seed)
+    scales = (False, True) if free_scale is None else (free_scale,)
+    fits = {free: _likeliest(A, B, starts, free) for free in scales}
+    chosen = fits[scales[0]]
+    if free_scale is None:
+        gain = fits[True].likelihood - chosen.likelihood
+        chosen = fits[gain > 0.5 * np.log(6 * len(A)) + MARGIN]
+    return _answer(chosen, accepted_std)
+
+
+def _likeliest(A: Array, B: Array, starts: list[Frames], free_scale: bool) -> PairFit:
     fits = [
-        refine(A, B, X, Y, inverted, free_scale)
-        for X, Y in pair_starts(A, B, seed)
-        for inverted in (False, True)
+        refine(A, B, X, Y, inverted, free_scale) for X, Y in starts for inverted in (False, True)
     ]
-    return _answer(max(fits, key=lambda fit: fit.likelihood), accepted_std)
+    return max(fits, key=lambda fit: fit.likelihood)
 
 
 def _poses(values: ArrayLike, name: str) -> Array:

@@ -92,26 +92,29 @@ def identifiability(fit: Fit, senses: Sequence[Observations], seed: int = 0) -> 
     return from_information(fit.estimate, _information_at_random(fit, senses, seed))
 
 
-def from_information(estimate: Estimate, at_random: Array) -> Identifiability:
+def from_information(
+    estimate: Estimate, at_random: Array, least: float = SAYS_LITTLE
+) -> Identifiability:
     """Rank and named open directions of an estimate, whatever the data were.
 
     Args:
         estimate: with the information of the data.
         at_random: (n_parameters, n_parameters) what as many data of random postures would bring.
+        least: information in units of the prior below which a direction is open.
     """
     parameters = estimate.parameters
     D = parameters.scale
     F = D[:, None] * estimate.data_information * D
     inherent_F = D[:, None] * at_random * D
     values, vectors = np.linalg.eigh(F)
-    null = vectors[:, values < SAYS_LITTLE].T
-    always, effect = _open_space(inherent_F), np.sqrt(np.diag(inherent_F))
+    null = vectors[:, values < least].T
+    always, effect = _open_space(inherent_F, least), np.sqrt(np.diag(inherent_F))
     practical = _sparse_basis(_remainder(null, always), effect)
     directions = [_direction(parameters, row, False) for row in practical]
     shared = _intersection(null, always)
     directions += named_directions(estimate.reference, parameters, shared, effect)
     share = np.sum(null**2, axis=0)
-    return Identifiability(int(np.sum(values >= SAYS_LITTLE)), tuple(directions), share)
+    return Identifiability(int(np.sum(values >= least)), tuple(directions), share)
 
 
 def named_directions(
@@ -160,9 +163,9 @@ def _information_at_random(fit: Fit, senses: Sequence[Observations], seed: int) 
     return total
 
 
-def _open_space(F: Array) -> Array:
+def _open_space(F: Array, least: float) -> Array:
     values, vectors = np.linalg.eigh(F)
-    return np.asarray(vectors[:, values < SAYS_LITTLE].T)
+    return np.asarray(vectors[:, values < least].T)
 
 
 def _intersection(null: Array, always: Array) -> Array:

@@ -55,6 +55,10 @@ LEAST_NOISE = 0.3
 CORRELATED = 3.0
 """pixels of contour that err together, at the least."""
 
+LEAST_SAID = 10.0
+"""Information in units of the prior below which a direction is open. A shape is never quite right:
+a round flange seems to tell a little of its turn."""
+
 LOST = 0.6
 """Share of the contour that must fit."""
 
@@ -160,7 +164,9 @@ class Markerless:
             sum(r.matched for r in rows) / max(length, 1.0),
             float(np.median(left)) if len(left) else np.inf,
             overlap(model, z, frames),
-            from_information(estimate, self._at_random(model, sights[0], z, f, len(sights))),
+            from_information(
+                estimate, self._at_random(model, sights[0], z, f, len(sights)), LEAST_SAID
+            ),
         )
 
     def _at_random(self, model: RimModel, sight: Sight, z: Array, f: float, count: int) -> Array:

@@ -27,15 +27,16 @@ KEPT = 3
 QUANTILE = 0.4
 
 
-def pair_starts(A: Array, B: Array, seed: int = 0) -> list[Frames]:
+def pair_starts(A: Array, B: Array, seed: int = 0, draws: int = DRAWS) -> list[Frames]:
     """The best candidates, best first.
 
     Args:
         A: (n, 4, 4) poses known from the robot.
         B: (n, 4, 4) poses seen.
         seed: of the draws.
+        draws: how many fours of pairs are tried.
     """
-    candidates = _on_all(A, B) + _on_draws(A, B, np.random.default_rng(seed))
+    candidates = _on_all(A, B) + _on_draws(A, B, draws, np.random.default_rng(seed))
     errors = np.array([_errors(A, B, X, Y) for X, Y in candidates])
     levels = np.maximum(np.quantile(errors, QUANTILE, axis=2).min(axis=0), 1e-9)
     score = np.sum(np.log1p(np.sum((errors / (2 * levels[:, None])) ** 2, axis=1)), axis=1)
@@ -53,12 +54,12 @@ def _on_all(A: Array, B: Array) -> list[Frames]:
     return found
 
 
-def _on_draws(A: Array, B: Array, rng: np.random.Generator) -> list[Frames]:
+def _on_draws(A: Array, B: Array, draws: int, rng: np.random.Generator) -> list[Frames]:
     """X from the six motions between four pairs, Y from those pairs."""
     m = min(DRAWN, len(A))
     first, second = np.triu_indices(m, 1)
     found = []
-    for _ in range(DRAWS):
+    for _ in range(draws):
         k = rng.choice(len(A), m, replace=False)
         found.append(_from_motions(A[k], B[k], first, second, np.ones(len(first))))
     return found

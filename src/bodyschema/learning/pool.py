@@ -99,8 +99,7 @@ class Pool:
         """Learn from one sighting."""
         if state.belief is None:
             return self._search(state, sample)
-        look = _look(sample)
-        if look not in state.looks:
+        if _look(sample) not in state.looks:
             # A marker never seen before hangs on joints that may not be known.
             return self._search(_lost(state), sample)
         belief, innovation = self.recursive.step(state.belief, sample)
@@ -112,6 +111,12 @@ class Pool:
         return after, _info(after, sample, innovation.residual)
 
     def _search(self, state: PoolState, sample: Observations) -> tuple[PoolState, PoolInfo]:
+        look = _look(sample)
+        if look not in state.looks:
+            # Plans are dear: others that are seen for the first time may come in this moment.
+            fresh = replace(state, looks=(*state.looks, look), routes=None, pool=None)
+            fresh = replace(fresh, sightings=None, samples=(*state.samples, sample))
+            return fresh, _info(fresh, sample, np.full(3, np.nan))
         residual = sample.residual(state.body)[0] if state.pool is not None else np.full(3, np.nan)
         state = self._planned(_remember(state, sample))
         routes, sightings = state.routes, state.sightings
@@ -139,19 +144,17 @@ class Pool:
 
     def _planned(self, state: PoolState) -> PoolState:
         """Routes for the looks so far, and no more sightings than the search remembers."""
-        looks = tuple(dict.fromkeys(map(_look, state.samples)))
-        looks = tuple(dict.fromkeys((*state.looks, *looks)))
-        routes = state.routes
-        if routes is None or looks != state.looks:
-            routes = plan(state.reference, state.parameters, looks)
-            state = replace(state, looks=looks, routes=routes, pool=None, sightings=None)
-        if state.sightings is None:
-            state = replace(state, sightings=_sightings(state.reference, looks, state.samples))
+        routes, sightings = state.routes, state.sightings
+        if routes is None:
+            routes = plan(state.reference, state.parameters, state.looks)
+        if sightings is None:
+            sightings = _sightings(state.reference, state.looks, state.samples)
         most = self.window * -(-int(routes.rank[-1]) // 3)
         return replace(
             state,
+            routes=routes,
             samples=state.samples[-most:],
-            sightings=Sightings._make(array[-most:] for array in state.sightings or ()),
+            sightings=Sightings._make(array[-most:] for array in sightings),
         )
 
     def _begun(self, state: PoolState, routes: Routes, sightings: Sightings) -> PoolState:
@@ -220,7 +223,7 @@ def _lost(state: PoolState) -> PoolState:
 def _remember(state: PoolState, sample: Observations) -> PoolState:
     """The state with one more sighting."""
     state = replace(state, samples=(*state.samples, sample))
-    if state.sightings is None or _look(sample) not in state.looks:
+    if state.sightings is None:
         return state
     new = _sightings(state.reference, state.looks, (sample,))
     pairs = zip(state.sightings, new, strict=True)

@@ -62,6 +62,7 @@ def join_streams(
     time_eye: ArrayLike,
     T_eye_target: ArrayLike,
     eye_on: Mount = "hand",
+    free_scale: bool = False,
     largest_lag: float = 5.0,
 ) -> JoinedStreams:
     """Find lag, X and Y from two streams.
@@ -72,6 +73,7 @@ def join_streams(
         time_eye: (m,) s, increasing.
         T_eye_target: (m, 4, 4).
         eye_on: whether the hand or the base carries the eye.
+        free_scale: the eye's translations have one unknown scale.
         largest_lag: s; the search goes this far either way, after both streams were set to begin
             together if they do not overlap.
 
@@ -86,13 +88,16 @@ def join_streams(
     for _ in range(ROUNDS):
         rows = _usable(t_hand, t_eye + lag)
         rows = rows[:: max(1, len(rows) // SOLVED_ON)]
-        answer = solve_hand_eye(interpolate(t_hand, A, t_eye[rows] + lag), T[rows], eye_on)
+        answer = solve_hand_eye(
+            interpolate(t_hand, A, t_eye[rows] + lag), T[rows], eye_on, free_scale
+        )
         step, std = _lag_step(answer, eye_on, t_hand, A, t_eye[rows] + lag, T[rows])
         lag += step
         if abs(step) < 0.05 * std:
             break
     there = interpolate(t_hand, A, t_eye[rows] + lag)
-    return JoinedStreams(solve_hand_eye(there, T[rows], eye_on), lag, std, rows, there)
+    answer = solve_hand_eye(there, T[rows], eye_on, free_scale)
+    return JoinedStreams(answer, lag, std, rows, there)
 
 
 def interpolate(time: Array, T: Array, at: Array) -> Array:
@@ -162,7 +167,7 @@ def _lag_step(
         P = lie.inverse(answer.Y) @ interpolate(t_hand, A, moment) @ answer.X
         seen = lie.inverse(T) if eye_on == "hand" else T
         turn = lie.log_so3(seen[:, :3, :3] @ np.swapaxes(P[:, :3, :3], 1, 2))
-        r = np.concatenate([seen[:, :3, 3] - P[:, :3, 3], turn], axis=1)
+        r = np.concatenate([seen[:, :3, 3] - answer.scale * P[:, :3, 3], turn], axis=1)
         return np.asarray(np.linalg.solve(np.linalg.cholesky(answer.noise), r.T).T)
 
     slope = (whitened(at + STEP) - whitened(at - STEP)) / (2 * STEP)

@@ -11,10 +11,11 @@ of d_i, and w_i the weight of Geman and McClure. Pixels along a contour err toge
 points of one piece in one picture when the mesh, the mask or the lens is wrong there. The sums of
 w r J over such groups g tell by how much the information of independent points is too large:
 
-    f = max(1, G / (G - 1) sum_g |H^-1/2 u_g|^2 / n),    u_g = sum_i in g w_i r_i J_i,  H = J^T W J
+    f = G / (G - 1) sum_g |H^-1/2 u_g|^2 / n,    u_g = sum_i in g w_i r_i J_i,  H = J^T W J
 
-for n unknowns and G groups. J^T W J / f is the information of the data: f is the design effect of
-cluster sampling (Kish 1965; Liang and Zeger 1986, here as one factor), with the noise level in it.
+for n unknowns and G groups: pieces in pictures, or whole postures, whichever gives more.
+J^T W J / f is the information of the data: f is the design effect of cluster sampling (Kish 1965;
+Liang and Zeger 1986, here as one factor), with the noise level in it.
 """
 
 from __future__ import annotations
@@ -40,6 +41,9 @@ Ints = NDArray[np.int64]
 
 MATCHED = 2.0
 """pixels; a rim point is matched when its outline was found within so much."""
+
+LEAST_EFFECT = 0.05
+"""pixels^2; no picture is sharper."""
 
 BIAS_STD = 1.0
 """pixels, prior of the bias of a camera."""
@@ -186,16 +190,20 @@ class RimModel:
 def design_effect(rows: Sequence[RimRows], z: Array, n_parameters: int) -> float:
     """f, pixels^2: what J^T W J of all rows has to be divided by."""
     b = np.concatenate([np.zeros(n_parameters), z[n_parameters:]])
-    u = []
-    for r in rows:
-        pull = r.J * (r.weight * (r.d - r.J @ b))[:, None]
-        u += [pull[r.group == g].sum(axis=0) for g in np.unique(r.group)]
-    H = np.sum([r.H for r in rows], axis=0)
-    values, vectors = np.linalg.eigh(H)
+    pulls = [r.J * (r.weight * (r.d - r.J @ b))[:, None] for r in rows]
+    by_piece = [
+        pull[r.group == g].sum(axis=0)
+        for r, pull in zip(rows, pulls, strict=True)
+        for g in np.unique(r.group)
+    ]
+    values, vectors = np.linalg.eigh(np.sum([r.H for r in rows], axis=0))
     told = values > 1e-9 * values[-1]
-    white = (np.array(u) @ vectors[:, told]) / np.sqrt(values[told])
-    G = len(u)
-    return max(1e-2, G / max(G - 1, 1) * float(np.sum(white**2)) / int(told.sum()))
+    found = [LEAST_EFFECT]
+    for u in (by_piece, [pull.sum(axis=0) for pull in pulls]):
+        if len(u) > 1 and told.any():
+            white = (np.array(u) @ vectors[:, told]) / np.sqrt(values[told])
+            found.append(len(u) / (len(u) - 1) * float(np.sum(white**2)) / int(told.sum()))
+    return max(found)
 
 
 def without_bias(information: Array, n_parameters: int) -> Array:

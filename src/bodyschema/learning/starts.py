@@ -3,10 +3,12 @@
 A sample says  T = X^-1 K(q) Y  where X places `seen_from` on its parent, Y places `seen` on its
 parent and K is the robot's kinematics between those parents. Either or both of X, Y may be unknown:
 
-    poses   both: K Y = X T, or A X = X B on relative motions, whichever fits better; one: a mean
+    poses   both: K Y = X T, A X = X B on relative motions, or the best of many random fours of
+            samples (`pair_starts`), whichever fits the better 40 % of the samples best; one: a mean
     points  both: alternate point-set alignment (X) and mean (y) from several y; one: closed form
 
-Each closed form is repeated with Cauchy weights on its own residuals, which holds off outliers.
+Each closed form is repeated with Cauchy weights on its own residuals, which holds off outliers; the
+fours hold where more than half of the samples are good.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.learning import hand_eye
+from bodyschema.learning.pair_starts import QUANTILE, pair_starts
 from bodyschema.senses.observations import Observations
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
@@ -30,6 +33,9 @@ Frames = tuple[Array, Array]
 """X and Y."""
 
 ROUNDS = 12
+DRAWS = 80
+"""Fours of samples: when half of the samples are bad, five of 80 are good."""
+
 GUESSES = 0.15 * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
 """m; places of an unknown point on its link from which the alternation begins."""
 
@@ -80,9 +86,20 @@ def _place(body: Body, sense: Observations, find_x: bool, find_y: bool) -> Body:
     return body
 
 
-def _robustly(solve: Callable[[Array], Frames], error: Callable[[Frames], Array], n: int) -> Frames:
-    """Repeat a weighted closed form; weights 1 / (1 + (e / s)^2), s the median error."""
+def _robustly(
+    solve: Callable[[Array], Frames],
+    error: Callable[[Frames], Array],
+    n: int,
+    first: Frames | None = None,
+) -> Frames:
+    """Repeat a weighted closed form; weights 1 / (1 + (e / s)^2), s the median error.
+
+    The first weights are equal, or those of the frames `first`.
+    """
     weights = np.ones(n)
+    if first is not None:
+        errors = error(first)
+        weights = 1 / (1 + (errors / max(float(np.quantile(errors, QUANTILE)), 1e-12)) ** 2)
     best, lowest = solve(weights), np.inf
     for _ in range(ROUNDS):
         found = solve(weights)
@@ -114,8 +131,10 @@ def _from_poses(K: Array, T: Array, find_x: bool, find_y: bool) -> Frames:
         return _robustly(only_x, error, len(K))
     if not find_x:
         return _robustly(only_y, error, len(K))
-    motions = [_robustly(both, error, len(K)), _from_motions(K, T)]
-    return min(motions, key=lambda frames: float(np.median(error(frames))))
+    found = [_robustly(both, error, len(K)), _from_motions(K, T)]
+    for Y, X in pair_starts(K, T, draws=DRAWS)[:1]:
+        found += [(X, Y), _robustly(both, error, len(K), (X, Y))]
+    return min(found, key=lambda frames: float(np.quantile(error(frames), QUANTILE)))
 
 
 def _from_motions(K: Array, T: Array) -> Frames:

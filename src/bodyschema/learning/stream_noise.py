@@ -84,9 +84,7 @@ class StreamNoise:
         is_wild = squared > wild_beyond(d) * self.level
         recent = self.recent + (float(is_wild) - self.recent) / 30
         if is_wild:
-            return StreamNoise(
-                self.level, self.product, self.samples, self.wild + 1, recent
-            )
+            return StreamNoise(self.level, self.product, self.samples, self.wild + 1, recent)
         n = min(self.samples + 1, LONGEST)
         level = self.level + (squared / d - self.level) / n
         product = self.product

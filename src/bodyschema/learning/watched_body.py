@@ -8,11 +8,12 @@ A belief (x, Lambda) forgets block t by elimination (Schur), and t gets its prio
     Lambda_kk <- Lambda_kk - Lambda_kt Lambda_tt^-1 Lambda_tk,   Lambda_kt <- 0,   Lambda_tt <- P_t
 
 Jacobians stay where they were taken: elsewhere they would not share the directions that no motion
-tells (a first joint's zero and the tracker's turn), and those would run away. Noise that remembers weighs as white noise with tau times the
-variance (`stream_noise`): from the first change on, noise levels are multiplied by sqrt(tau) and
-held, and Lambda is divided by tau. The sum of squared innovations r^T S^-1 r of such a filter is
-the least cost of its samples, the pull against the prior included; each counts at most as much as
-the rarest good sample, so that single wild ones do not decide.
+tells (a first joint's zero and the tracker's turn), and those would run away. Noise that remembers
+weighs as white noise with tau times the variance (`stream_noise`): from the first change on, noise
+levels are multiplied by sqrt(tau) and held, and Lambda is divided by tau. The sum of squared
+innovations r^T S^-1 r of such a filter is the least cost of its samples, the pull against the prior
+included; each counts at most as much as the rarest good sample, so that single wild ones do not
+decide.
 
 A first belief is certified when it predicts what is seen, in random postures of the whole
 workspace, to what was asked for.
@@ -129,7 +130,7 @@ class WatchedBody:
         e, J, source = [np.zeros(0)], [np.zeros((0, k))], [np.zeros(0, dtype=np.int64)]
         labels = list(state.filter.templates)
         for seen in sample:
-            white, slope = self._white(state, seen)
+            white, slope = (part[0] for part in self.innovations(state, seen))
             place = labels.index(seen.label) if seen.label in labels else len(labels)
             e.append(white)
             J.append(slope)
@@ -184,7 +185,8 @@ class WatchedBody:
             information[t, t] = old.parameters.prior_std[t] ** -2.0
         root = np.sqrt(tau)
         levels = {
-            label: (tuple(root * s for s in level), HELD) for label, (level, _) in old.levels.items()
+            label: (tuple(root * s for s in level), HELD)
+            for label, (level, _) in old.levels.items()
         }
         fresh = replace(old, information=(information + information.T) / 2, levels=levels)
         return WatchedBelief(fresh, state.noise, tempered=state.tempered * tau, relearning=True)
@@ -207,22 +209,23 @@ class WatchedBody:
         after = replace(state, filter=filter_, cost=cost, rows=state.rows + d)
         if state.relearning:
             return after
-        e, _ = self._white(state, seen)
+        e = self.innovations(state, seen)[0][0]
         noise = state.noise.learn(e, state.before.get(seen.label), info.surprise)
         before = {label: old for label, old in state.before.items() if label != seen.label}
         if info.surprise <= limit:
             before[seen.label] = e
         return replace(after, noise=noise, before=before)
 
-    def _white(self, state: WatchedBelief, seen: Observations) -> tuple[Array, Array]:
-        """White residual (d,) and its growth with the parameters (d, k), noise not tempered."""
+    def innovations(self, state: WatchedBelief, seen: Observations) -> tuple[Array, Array]:
+        """White residuals (n, d) of one sense, and their growth with the parameters (n, d, k)."""
         old = state.filter
         part = whiten(seen, old.reference, old.parameters, old.anchor)
         body = old.reference.with_parameters(old.parameters, old.x)
-        white = np.linalg.solve(part.factor, seen.residual(body)[0])
+        white = np.linalg.solve(part.factor, seen.residual(body).T).T
         level = old.levels.get(seen.label, ((1.0,) * len(seen.components), 1.0))[0]
+        # The noise itself, not the tempered one that the filter learns with.
         s = level_rows(seen, level) / np.sqrt(state.tempered)
-        return white / s, -part.jacobian[0] / s[:, None]
+        return white / s, -part.jacobian / s[:, None]
 
     def _slopes(self, state: WatchedBelief, template: Observations) -> dict[str, Array]:
         """Component -> (POSTURES, 3, k) slope of the prediction in the workspace, SI units."""

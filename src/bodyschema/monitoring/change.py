@@ -116,7 +116,7 @@ def detect_change(
         fields: residual fields by label of the sense; none when absent.
         false_alarm: chance of calling an unchanged body changed.
     """
-    parameters, parts = _parts(estimate, senses)
+    parameters, parts = parts_of(estimate, senses)
     blocks = _blocks(estimate, parameters, senses, fields or {})
     tests = [_test_part(name, rows, estimate, parameters, blocks) for name, rows in parts.items()]
     ranked = sorted(tests, key=lambda suspect: -suspect.evidence)
@@ -126,7 +126,7 @@ def detect_change(
     return ChangeTest(changed, p_value, tuple(close), _typical(estimate.body, senses))
 
 
-def _parts(
+def parts_of(
     estimate: Estimate, senses: Sequence[Observations]
 ) -> tuple[Parameters, dict[str, list[int]]]:
     """The estimate's parameters and those of every part; rows of each part."""

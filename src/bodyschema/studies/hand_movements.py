@@ -116,6 +116,20 @@ def _ends() -> Array:
     return np.asarray(q[chosen])
 
 
+@cache
+def visible_postures(draws: int, seed: int) -> Array:
+    """Postures (n, n_joints) in which the eyes see the whole hand and no other part of the robot.
+
+    Args:
+        draws: random arms that are tried; about one in forty passes.
+        seed: of the draws.
+    """
+    robot = SeeingIcub(true_offsets())
+    q = _arm_at_random(icub.nominal_icub(), draws, np.random.default_rng([SEED, 9, seed]))
+    q = q[_shows(icub.nominal_icub(), q)]
+    return np.asarray(q[[_alone(robot, posture[None]) for posture in q]])
+
+
 def _beginnings(body: Body, q_f: Array, T_d: Array, rng: np.random.Generator) -> Iterator[Array]:
     """Postures whose hand is as far from the end as a beginning's should be, for ever."""
     columns = [body.joint_index(name) for name in icub.RIGHT_ARM]

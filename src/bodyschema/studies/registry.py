@@ -25,6 +25,7 @@ STUDIES: dict[tuple[str, str], str] = {
     ("nabeshima", "figure9"): "nabeshima_figure9:Figure9",
     ("vicente2016", "table1"): "vicente2016_table1:Table1",
     ("vicente2016", "table2"): "vicente2016_table2:Table2",
+    ("vicente2016", "generalisation"): "vicente2016_generalisation:Generalisation",
     ("vicente2016", "figure6"): "vicente2016_table1:Figure6",
     ("vicente2016", "figure7"): "vicente2016_table1:Figure7",
     ("vicente2016", "figure8"): "vicente2016_table1:Figure8",

@@ -70,6 +70,19 @@ def test_the_choice_is_the_smoothed_maximum_before_resampling() -> None:
     np.testing.assert_allclose(info.covariance, np.cov(state.beta.T, aweights=w))
 
 
+def test_particles_live_on_by_their_weight() -> None:
+    learner = ParticleFilter(hand(), particles=60, noise=0.0, floor=0.0)
+    state = learner.start(BODY, icub.RIGHT_ARM)
+    after, _ = learner.step(state, SEEN)
+    T = state.error.piece_poses(BODY, SEEN.q, state.beta, SEEN.cameras, hand().frames)
+    p = learner.likelihood(hand(), T, SEEN, 1)
+    copies = (after.beta[:, None] == state.beta).all(axis=2).sum(axis=0)
+    least = np.floor(60 * p / p.sum())
+    assert copies.sum() == 60
+    assert least.max() >= 2
+    assert ((copies == least) | (copies == least + 1)).all()
+
+
 def test_one_view_gives_the_jaccard_index_of_scores() -> None:
     from bodyschema.imagination.observed import ObservedMask
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -49,6 +51,23 @@ def test_unknown_frames_are_found_among_outliers(
         # Nobody can see how a point is turned.
         assert turned < TURNED or (sense, frame) == ("points", "tool")
     assert np.median(lengths(seen.residual(found))) < 0.01
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_both_frames_are_found_when_half_of_the_poses_are_wrong(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    truth = seen_arm(6, rng)
+    seen = poses(truth, postures(40, truth, rng), rng)
+    bad = rng.choice(40, 20, replace=False)
+    pose = seen.pose.copy()
+    pose[bad] = [random_pose(rng, 1.0) for _ in bad]
+    found = start_frames(
+        forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [replace(seen, pose=pose)]
+    )
+    for frame in ("tracker", "tool"):
+        shifted, turned = off(found, truth, frame)
+        assert shifted < NEAR, frame
+        assert turned < TURNED, frame
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -1,0 +1,154 @@
+"""Pictures of an arm tell its joint offsets, how sure that is, and when it is not the arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import bodyschema as bs
+from bodyschema.imagination.contours import silhouette
+from bodyschema.imagination.poses import piece_poses
+from bodyschema.learning.image_seeds import coarse, sobol_seeds, spread_out
+from bodyschema.learning.markerless import Markerless, MarkerlessFit
+from bodyschema.senses.images import Images, Picture
+from bodyschema.simulation import icub
+from icub_arm import arm, eyes, readings
+
+pytest.importorskip("cv2")
+
+Array = NDArray[np.float64]
+
+BODY = icub.nominal_icub()
+OFFSETS = bs.free_joints(BODY, ["offsets"], icub.RIGHT_ARM).with_prior(np.full(7, 0.1))
+POSTURES = (0, 4, 9, 14, 17)
+
+
+HAND = bs.Surface.of(BODY, ["r_hand"])
+
+
+def look(truth: Array, n: int, shown: bs.Surface | None = None) -> list[Images]:
+    """Masks of an arm that deviates by the truth."""
+    skin = arm() if shown is None else shown
+    body, cameras = BODY.with_parameters(OFFSETS, truth), tuple(eyes())
+    frames = []
+    for i in POSTURES[:n]:
+        q = readings(20)[i]
+        T = piece_poses(body, q, cameras, skin.frames)[0]
+        masks = tuple(silhouette(skin, pose, c) for pose, c in zip(T, cameras, strict=True))
+        frames.append(Images(float(i), q, cameras, masks))
+    return frames
+
+
+def learn(frames: list[Images], free: bs.Parameters = OFFSETS) -> MarkerlessFit:
+    return Markerless(arm(), seeds=128, refined=4).fit(BODY, free, frames)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_offsets_of_some_degrees_come_back_within_their_error_bars(seed: int) -> None:
+    truth = np.random.default_rng(seed).uniform(-0.15, 0.15, 7)
+    fit = learn(look(truth, 5))
+    off = (fit.estimate.x - truth) / fit.estimate.std
+    assert np.abs(fit.estimate.x - truth).max() < np.deg2rad(0.5)
+    assert off @ off < 7 * 9
+    assert fit.estimate.std.max() < np.deg2rad(0.5)
+    assert fit.identifiability.rank == 7
+    assert fit.iou > 0.97
+    assert not fit.lost
+
+
+def test_one_posture_leaves_the_motion_open_in_which_the_hand_stands_still() -> None:
+    fit = Markerless(HAND, seeds=0).fit(BODY, OFFSETS, look(np.full(7, 0.03), 1, HAND))
+    assert fit.identifiability.rank < 7
+    assert not any(d.inherent for d in fit.identifiability.directions)
+
+
+def test_a_mask_that_is_too_wide_moves_the_bias_and_not_the_joints() -> None:
+    import cv2
+
+    truth = np.random.default_rng(5).uniform(-0.1, 0.1, 7)
+
+    def wider(mask: Picture) -> Picture:
+        return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0)
+
+    frames = [replace(f, pictures=tuple(map(wider, f.pictures))) for f in look(truth, 5)]
+    fit = learn(frames)
+    assert np.abs(fit.estimate.x - truth).max() < np.deg2rad(0.7)
+    assert (fit.bias > 0.5).all()
+
+
+@pytest.mark.parametrize("what", ["nothing", "a box", "half a hand"])
+def test_what_is_not_the_arm_is_lost(what: str) -> None:
+    def replaced(mask: Picture) -> Picture:
+        other = mask.copy() if what == "half a hand" else np.zeros_like(mask)
+        if what == "a box":
+            other[60:140, 90:200] = True
+        if what == "half a hand":
+            other[:, int(np.median(np.nonzero(mask)[1])) :] = False
+        return other
+
+    frames = [replace(f, pictures=tuple(map(replaced, f.pictures))) for f in look(np.zeros(7), 2)]
+    assert learn(frames).lost
+
+
+def test_colours_take_the_place_of_masks() -> None:
+    rng = np.random.default_rng(2)
+    truth = rng.uniform(-0.06, 0.06, 7)
+    clutter = rng.integers(0, 110, (240, 320, 3))
+    clutter[60:150, 40:170] = (30, 90, 160)
+    skin = rng.integers(120, 170, (240, 320, 3))
+    frames = [
+        replace(
+            f,
+            pictures=tuple(
+                np.where(m[..., None], skin, clutter).astype(np.uint8) for m in f.pictures
+            ),
+        )
+        for f in look(truth, 4)
+    ]
+    fit = learn(frames)
+    assert np.abs(fit.estimate.x - truth).max() < np.deg2rad(0.7)
+    assert np.isnan(fit.iou)
+    assert not fit.lost
+
+
+def test_the_same_seed_gives_the_same_answer() -> None:
+    frames = look(np.full(7, 0.05), 2)
+    assert learn(frames).estimate.x.tobytes() == learn(frames).estimate.x.tobytes()
+
+
+def test_seeds_are_spread_as_the_prior_says() -> None:
+    x = sobol_seeds(OFFSETS, 1000, 0)
+    assert x.shape == (1024, 7)
+    assert not x[0].any()
+    np.testing.assert_allclose(x.std(axis=0), 0.1, rtol=0.03)
+    assert (sobol_seeds(OFFSETS, 1000, 1) != x).any()
+
+
+def test_far_postures_are_chosen() -> None:
+    q = np.array([[0.0], [0.1], [5.0], [5.1], [-4.0]])
+    assert spread_out(q, 3) in ([0, 2, 4], [0, 3, 4], [1, 3, 4])
+
+
+def test_coarse_pictures_see_the_same() -> None:
+    seen = look(np.zeros(7), 1)[0]
+    large = replace(
+        seen,
+        cameras=tuple(c.scaled(640, 480) for c in seen.cameras),
+        pictures=tuple(m.repeat(2, 0).repeat(2, 1) for m in seen.pictures),
+    )
+    small = coarse(large)
+    assert [c.width for c in small.cameras] == [320, 320]
+    for a, b in zip(small.pictures, seen.pictures, strict=True):
+        assert (a == b).all()
+
+
+def test_postures_of_other_cameras_are_refused() -> None:
+    first, second = look(np.zeros(7), 2)
+    alone = replace(second, cameras=second.cameras[:1], pictures=second.pictures[:1])
+    with pytest.raises(bs.InputError, match="one kind from the cameras"):
+        learn([first, alone])
+    with pytest.raises(bs.InputError, match="no picture"):
+        learn([])
