@@ -112,7 +112,7 @@ def machine_for(sense: str) -> Machine[WatchedBelief, Moment]:
         free_frame(body, "tracker"),
         free_frame(body, "marker", turn_std=turns),
     )
-    learner = GaussNewton(unknown=("tracker", "marker"), burn_in=60)
+    learner = GaussNewton(unknown=("tracker", "marker"), burn_in=300)
     return Machine(WatchedBody(body, parameters, learner))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must come before numpy)
+import bodyschema  # sets one BLAS thread a process, so it must come before numpy
 import bodyschema.simulation  # noqa: F401  (lets mujoco draw without a screen, so before mujoco)
 
 SHARED = Path(os.environ.get("BODYSCHEMA_SHARED", Path(__file__).resolve().parents[2] / "shared"))

@@ -46,10 +46,12 @@ if TYPE_CHECKING:
     from bodyschema.learning.skeleton_problem import learn_skeleton
     from bodyschema.learning.smoother import Smoother
     from bodyschema.learning.stereo_points import Stereo, StereoPoints
+    from bodyschema.learning.watched_body import WatchedBody
     from bodyschema.monitoring.change import detect_change
     from bodyschema.monitoring.innovations import Candidate
     from bodyschema.monitoring.link_change import LinkMonitor
     from bodyschema.monitoring.machine import Machine
+    from bodyschema.monitoring.stream_check import check_stream
     from bodyschema.recording.recording import Recording
     from bodyschema.senses.images import Images
     from bodyschema.senses.points import Points
@@ -59,6 +61,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "PaperRelation": "learning.linear_relation",
     "Machine": "monitoring.machine",
+    "WatchedBody": "learning.watched_body",
+    "check_stream": "monitoring.stream_check",
     "StereoPoints": "learning.stereo_points",
     "Stereo": "learning.stereo_points",
     "HandEyePoints": "learning.hand_eye_points",
@@ -141,7 +145,9 @@ __all__ = [
     "StereoPoints",
     "Surface",
     "Touches",
+    "WatchedBody",
     "calibrate",
+    "check_stream",
     "detect_change",
     "determinable",
     "free_frame",

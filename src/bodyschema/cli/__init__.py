@@ -37,6 +37,7 @@ def run(arguments: Sequence[str]) -> int:
     from bodyschema.cli.report import Report
     from bodyschema.cli.simulate import Simulate
     from bodyschema.cli.study import ListStudies, study_verb
+    from bodyschema.cli.track import Track
 
     verbs = (
         Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
@@ -46,6 +47,7 @@ def run(arguments: Sequence[str]) -> int:
         | Annotated[Report, tyro.conf.subcommand("report")]
         | Annotated[Report, tyro.conf.subcommand("view")]
         | Annotated[Export, tyro.conf.subcommand("export")]
+        | Annotated[Track, tyro.conf.subcommand("track")]
         | Annotated[ListStudies, tyro.conf.subcommand("study")]
     )
     try:

@@ -68,7 +68,7 @@ def read_senses(run: RunFile, body: Body) -> tuple[Observations, ...]:
     """
     recording = open_recording(run.recording)
     time = recording.time(run.time)
-    q = _readings(body, recording, run.joints)
+    q = read_joints(body, recording, run.joints)
     senses = tuple(_sense(entry, recording, time, q) for entry in run.senses)
     for sense in senses:
         body.frame_index(sense.seen_from)
@@ -88,7 +88,7 @@ def _column_of(joint: str, joints: JointColumns) -> str:
     return joints.columns.get(joint, joint)
 
 
-def _readings(body: Body, recording: Recording, joints: JointColumns) -> Array:
+def read_joints(body: Body, recording: Recording, joints: JointColumns) -> Array:
     """(n_rows, n_joints) in rad and m; zero for joints that were not recorded."""
     for joint in joints.columns:
         body.joint_index(joint)

@@ -143,16 +143,16 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         "robot": str(here / table["robot"]) if table.get("robot") else "",
         "skeleton": str(here / table["skeleton"]) if table.get("skeleton") else "",
         "recording": tuple(str(here / name) for name in names),
-        "joints": _entry(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
+        "joints": entry_of(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
         "frames": {
-            name: _entry(FrameEntry, entry, f"[frames.{name}] of {where}")
+            name: entry_of(FrameEntry, entry, f"[frames.{name}] of {where}")
             for name, entry in table.get("frames", {}).items()
         },
         "senses": tuple(
-            _entry(SenseEntry, entry, f"[[senses]] {number} of {where}")
+            entry_of(SenseEntry, entry, f"[[senses]] {number} of {where}")
             for number, entry in enumerate(table.get("senses", []), start=1)
         ),
-        "free": _entry(FreeEntry, table.get("free", {}), f"[free] of {where}"),
+        "free": entry_of(FreeEntry, table.get("free", {}), f"[free] of {where}"),
         "packages": {k: str(here / v) for k, v in table.get("packages", {}).items()},
     }
     described = bool(entries["robot"]) + bool(entries["skeleton"])
@@ -165,7 +165,7 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         raise InputError(
             f"{where} has [frames] beside a skeleton; name markers and camera in the arrangement."
         )
-    return _entry(RunFile, entries, where)
+    return entry_of(RunFile, entries, where)
 
 
 def run_from_record(record: Mapping[str, Any]) -> RunFile:
@@ -182,7 +182,7 @@ def run_from_record(record: Mapping[str, Any]) -> RunFile:
     return run
 
 
-def _entry(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
+def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
     """A frozen record of a TOML table; lists become tuples."""
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     for key in table:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
@@ -60,8 +61,7 @@ class RunStudy(Generic[AnyStudy]):
         """Run, write and print; returns 0, or 130 when interrupted."""
         from rich.console import Console
 
-        if self.study.runs < 1 or (self.workers is not None and self.workers < 1):
-            raise InputError("--runs and --workers count something; give numbers of 1 or more.")
+        self._check()
         messages = Console(stderr=True)
         ledger = self._ledger()
         try:
@@ -78,6 +78,16 @@ class RunStudy(Generic[AnyStudy]):
         else:
             self._show(summary, Console())
         return 0
+
+    def _check(self) -> None:
+        """Refuse settings that no study can work with."""
+        if self.study.runs < 1 or (self.workers is not None and self.workers < 1):
+            raise InputError("--runs and --workers count something; give numbers of 1 or more.")
+        for entry in fields(self.study):  # type: ignore[arg-type]
+            value = getattr(self.study, entry.name)
+            if isinstance(value, float) and not math.isfinite(value):
+                flag = entry.name.replace("_", "-")
+                raise InputError(f"--{flag} is {value}; give a finite number.")
 
     def _ledger(self) -> Ledger | None:
         from bodyschema.studies.ledger import Ledger

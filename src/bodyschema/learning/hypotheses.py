@@ -32,6 +32,12 @@ Ints = NDArray[np.int64]
 FINISH = 40
 """Iterations of whoever is compared on everything."""
 
+WITNESS = 1.05
+"""Times the best level; who comes so near is kept, and may turn out to be at the same place."""
+
+AGREEMENT = 1.001
+"""Times the best level; two that come so near from different starts are at the same place."""
+
 
 class Rule(NamedTuple):
     """How a pool goes about it."""
@@ -54,7 +60,7 @@ class Rule(NamedTuple):
     """Level, in units of what was seen, that no false skeleton reaches."""
     passing: float = 0.03
     """Level, in units of what was seen, with which the next stage may be tried."""
-    promising: float = 0.1
+    promising: float = 0.3
     """Level, in units of what was seen, above which nothing has been explained."""
     freedom: float = 4.0
     """nu of the Student-t cost."""
@@ -191,7 +197,7 @@ def search(
         before = refine(routes, sightings, chosen, pool, h, unit, rule, m)
         level = pool.level[h]
         exact = level <= rule.exact * unit
-        held = h == best and pool.stage[h] == last
+        held = pool.stage[h] == last and (h == best or level <= WITNESS * pool.level[best])
         slow = pool.age[h] >= rule.patience and level**2 > (1.0 - rule.gain) * before**2
         if pool.stage[h] < last and (exact or (slow and level <= rule.passing * unit)):
             pool.base_axes[h] = pool.axes[h]
@@ -213,6 +219,15 @@ def give_up(routes: Routes, pool: Hypotheses, h: int, unit: float, rule: Rule) -
     if pool.failures[h] >= rule.tries:
         pool.stage[h], pool.failures[h] = 0, 0
     spawn(routes, pool, h, unit, rule)
+
+
+def agreed(pool: Hypotheses, last: int) -> bool:
+    """Whether two hypotheses of the last stage came to the best place from different starts.
+
+    False places are many, and seldom found twice.
+    """
+    levels = pool.level[pool.stage == last]
+    return int(np.sum(levels <= AGREEMENT * levels.min(initial=np.inf))) > 1
 
 
 def challenge(

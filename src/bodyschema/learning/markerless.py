@@ -114,7 +114,7 @@ class Markerless:
         """
         _check(frames)
         model = RimModel(self.surface, body, parameters)
-        z = self._start(model, frames) if self.seeds else np.zeros(_size(model, frames))
+        z = self.start(model, frames) if self.seeds else np.zeros(_size(model, frames))
         sights = self._sights(model, z, frames)
         for reach in FINE_REACH:
             z = _refine(model, sights, z, (reach,))
@@ -122,8 +122,8 @@ class Markerless:
                 sights = self._sights(model, z, frames)
         return self._answer(model, sights, z, frames)
 
-    def _start(self, model: RimModel, frames: Sequence[Images]) -> Array:
-        """The best refined guess."""
+    def start(self, model: RimModel, frames: Sequence[Images]) -> Array:
+        """The best refined guess, (n_parameters + n_cameras,)."""
         few = [
             coarse(frames[i]) for i in spread_out(np.array([f.q for f in frames]), self.postures)
         ]
@@ -204,13 +204,19 @@ def overlap(model: RimModel, z: Array, frames: Sequence[Images]) -> float:
     return float(np.mean(shares))
 
 
+def noise_at(reach: float) -> float:
+    """Pixels, of a pixel of contour that is looked for so far away."""
+    return float(max(LEAST_NOISE, reach / 10) * np.sqrt(CORRELATED))
+
+
 def _refine(
     model: RimModel, sights: Sequence[Sight], z: Array, reaches: Sequence[float], step: int = 1
 ) -> Array:
     """Gauss-Newton steps, one for each reach."""
     for reach in reaches:
-        rows = [model.rows(sight, z, reach, step) for sight in sights]
-        z = model.step(rows, z, max(LEAST_NOISE, reach / 10) * np.sqrt(CORRELATED))
+        noise = noise_at(reach)
+        parts = [model.normal(model.rows(sight, z, reach, step), z, noise) for sight in sights]
+        z = model.solve(parts, len(z) - len(model.parameters))
     return z
 
 

@@ -3,8 +3,8 @@
 `searching`  A small pool of hypotheses (`hypotheses`) is refined at every sighting. A new sighting
              is predicted before it is learned from. The search locks when the best hypothesis has
              predicted `successes` sightings in a row exactly; or, for noisy points, when there are
-             `enough` times as many numbers as the skeleton has and what it leaves unexplained is
-             small against what was seen.
+             `enough` times as many numbers as the skeleton has and two hypotheses have come to
+             the same best place from different starts.
 `locked`     The winner becomes the reference body of the recursive `GaussNewton` learner. Priors
              of axes and links stay those of the parameters, so directions that nothing seen can
              tell keep their variance. At 2, 4 and 8 times the sightings of the lock, everything
@@ -37,6 +37,7 @@ from bodyschema.learning.growth import Look, plan
 from bodyschema.learning.hypotheses import (
     Hypotheses,
     Rule,
+    agreed,
     challenge,
     copied,
     new_pool,
@@ -176,8 +177,9 @@ class Pool:
                 self._handed_over(state, pool), phase="known", samples=(), sightings=None
             )
         many = 3 * len(state.samples) >= self.enough * routes.rank[-1]
-        exact = self.rule.exact * state.unit
-        if many and exact < pool.level[state.best] <= self.rule.promising * state.unit:
+        level = pool.level[state.best] / state.unit
+        noisy = self.rule.exact < level <= self.rule.promising
+        if many and noisy and agreed(pool, len(routes.columns) - 1):
             return replace(self._handed_over(state, pool), phase="locked", lock=len(state.samples))
         return state
 

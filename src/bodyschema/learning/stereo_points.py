@@ -58,7 +58,7 @@ class Stereo:
     """pixels: standard deviation of every measured coordinate."""
 
     def __post_init__(self) -> None:
-        if min(self.focal, self.baseline, self.noise) <= 0:
+        if not all(0 < size < np.inf for size in (self.focal, self.baseline, self.noise)):
             raise InputError(
                 "a stereo camera needs focal length, baseline and noise above zero; got "
                 f"{self.focal}, {self.baseline} and {self.noise}."

@@ -81,7 +81,9 @@ class WatchedBody:
     body: Body
     """Reference, with every frame attached."""
     parameters: Parameters
-    learner: GaussNewton = GaussNewton()  # noqa: RUF009  (frozen settings)
+    learner: GaussNewton = GaussNewton(burn_in=300)  # noqa: RUF009  (frozen settings)
+    """With a long burn-in: Jacobians stay where its fit ends, and a poor place costs false alarms
+    for as long as the belief lives."""
     demand: Demand = field(default_factory=lambda: Demand({"position": 0.002}))
     """m, rad: 95 % bounds of the prediction; add "rotation" for senses of poses."""
 

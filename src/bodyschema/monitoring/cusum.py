@@ -15,22 +15,13 @@ is wild beyond the 1.5e-5 point of chi-square; leaving those out only lowers E e
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from scipy.stats import chi2
 
-RARE = 1.5e-5
-"""Chance of a good source to be taken for wild."""
+from bodyschema.learning.stream_noise import wild_beyond
 
 AFTER = 0.9
 """p1: share of wild samples after a large change."""
-
-
-@lru_cache(maxsize=64)
-def wild_beyond(rows: int) -> float:
-    """Squared innovation of so many rows beyond which a source is wild."""
-    return float(chi2.isf(RARE, rows))
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.gauss_newton import GaussNewton
 from bodyschema.learning.stream_noise import StreamNoise, measured, wild_beyond
 from bodyschema.learning.watched_body import Moment, WatchedBelief, WatchedBody, moments
 from bodyschema.monitoring.block_ratio import Window
@@ -98,7 +97,7 @@ def check_stream(
         false_alarm: chance of an alarm in the whole recording without a change.
     """
     known = _with_all_parts(estimate, senses)
-    learner = WatchedBody(known.reference, known.parameters, GaussNewton(burn_in=60))
+    learner = WatchedBody(known.reference, known.parameters)
     noise = _noise(learner, known, senses)
     belief = learner.known(known, noise, tuple(senses))
     stream = moments(senses)

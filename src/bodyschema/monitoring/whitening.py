@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
+from bodyschema.learning.stream_noise import wild_beyond
 from bodyschema.learning.watchable import Doubt, WhiteInnovation
-from bodyschema.monitoring.cusum import wild_beyond
 
 Array = NDArray[np.float64]
 

@@ -17,6 +17,7 @@ from bodyschema import lie
 from bodyschema.body.kernels import FIXED, REVOLUTE
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.tree import Body
+from bodyschema.errors import InputError
 from bodyschema.learning.stereo_points import Stereo, StereoPoints
 
 Array = NDArray[np.float64]
@@ -123,7 +124,12 @@ def draw_scene(rng: np.random.Generator, points: int = 1) -> Scene:
     """A camera about 1 m from the arm that looks at its work space, and points on the rod.
 
     The first point is the rod's tip, the others lie within 4 cm of the rod.
+
+    Raises:
+        InputError: there is no point.
     """
+    if points < 1:
+        raise InputError(f"the camera tracks at least one point of the rod; got {points}.")
     away = np.array([0.75, 0.55, 0.45]) + rng.uniform(-0.15, 0.15, 3)
     away /= np.linalg.norm(away)
     side = np.cross([0.0, 0.0, 1.0], away)
@@ -147,7 +153,12 @@ def draw_motion(
         rng: of way points and pauses.
         T_world_cam: (4, 4), where the camera stands.
         speed: peak joint speed as a share of the limits.
+
+    Raises:
+        InputError: the speed is not above zero.
     """
+    if speed <= 0:
+        raise InputError(f"an arm that moves has a speed above zero; got {speed:g}.")
     time = np.arange(round(seconds * RATE)) / RATE
     ways = _way_points(rng, T_world_cam)
     here, start, pieces = next(ways), 0.0, []

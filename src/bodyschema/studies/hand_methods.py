@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bodyschema.body.tree import Body
 from bodyschema.imagination.surface import Surface
+from bodyschema.learning.contour_tracker import ContourTracker
 from bodyschema.learning.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
 from bodyschema.learning.particle_filter import ParticleFilter
 from bodyschema.senses.images import Images
@@ -69,7 +70,13 @@ def _particle_filter(surface: Surface, scene: Scene, particles: int, seed: int) 
     return ParticleFilter(surface, particles=particles, seed=seed, likelihood=likelihood)
 
 
+def _tracker(surface: Surface, scene: Scene, particles: int, seed: int) -> OffsetLearner:
+    """Outlines in information form; as many first guesses as the filter has particles."""
+    return ContourTracker(surface, seeds=particles, seed=seed)
+
+
 METHODS: dict[str, Method] = {
     "particle-filter": Method(_particle_filter, gated=False),
+    "track": Method(_tracker, gated=True),
 }
 """The methods by name."""

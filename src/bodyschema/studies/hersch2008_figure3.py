@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.errors import InputError
 from bodyschema.studies.gradient_chains import STREAK, Protocol, gradient_run
 from bodyschema.studies.pool_chains import LIMIT as POOL_LIMIT
 from bodyschema.studies.pool_chains import PoolProtocol, pool_run
@@ -73,6 +74,10 @@ class Figure3:
     """Joints are uniform within this either way."""
     epsilon: float | None = None
     """Step, in squared mean links; that of the reading when absent: 0.03, or mu = 1."""
+
+    def __post_init__(self) -> None:
+        if self.reach_deg <= 0 or (self.epsilon is not None and self.epsilon <= 0):
+            raise InputError("--reach-deg and --epsilon are sizes; give numbers above zero.")
 
     def tasks(self) -> Sequence[Task]:
         """Some hundred runs with one number of joints."""

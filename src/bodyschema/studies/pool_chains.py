@@ -7,8 +7,8 @@ Without noise a run has converged at the sample after which `STREAK` predictions
 the threshold, a share of the chain's length (all links summed).
 
 With noise (normal, on each coordinate) and outliers (uniform in a cube of the chain's length either
-way, added to the point) the pool locks at twice the least number of samples M and fits again,
-against challengers, at 2, 4 and 8 times that. The run has converged when its root mean square error
+way, added to the point) the pool locks at twice the least number of samples or, if no two hypotheses agree, up to twice
+that; it fits again, against challengers, at 2, 4 and 8 times that. The run has converged when its root mean square error
 on fresh postures is then below three times the Cramer-Rao bound of the samples that are no outliers
 
     bound^2 = s^2 mean over fresh postures of tr J (sum_i J_i^T J_i)^+ J^T.
@@ -25,7 +25,15 @@ from numpy.typing import NDArray
 from bodyschema.body.kernels import kernel
 from bodyschema.body.parameters import free_skeleton
 from bodyschema.learning.growth import Look, plan
-from bodyschema.learning.hypotheses import Hypotheses, Rule, challenge, new_pool, search, spawn
+from bodyschema.learning.hypotheses import (
+    Hypotheses,
+    Rule,
+    agreed,
+    challenge,
+    new_pool,
+    search,
+    spawn,
+)
 from bodyschema.learning.pool import AGAIN, PREDICTED, Pool
 from bodyschema.learning.skeleton_fit import accumulate, solve_damped, square_errors, told_variance
 from bodyschema.learning.skeleton_sight import Routes, Sightings, foresee, work_for
@@ -95,13 +103,16 @@ def noisy_pool_run(protocol: PoolProtocol, n_joints: int, seed: int, run: int) -
     axes, links = np.empty((n_joints + 2, 3)), np.empty((n_joints + 2, 3))
     draw_chain(rng, axes, links)
     fresh = _shown(rng, routes, axes, links, protocol.reach, FRESH)
-    seen = _shown(rng, routes, axes, links, protocol.reach, AGAIN[-1] * lock)
+    seen = _shown(rng, routes, axes, links, protocol.reach, AGAIN[-1] * learner.window * least)
     good = _spoil(rng, seen, protocol, length_of(links))
     unit, best = size_of(seen.seen[:least]), 0
     for h in range(learner.size):
         spawn(routes, pool, h, unit, learner.rule)
-    for M in range(least, lock + 1):
+    for M in range(least, learner.window * least + 1):
         best = search(routes, seen, np.arange(M), pool, unit, learner.rule)
+        if lock <= M and agreed(pool, 0):
+            lock = M
+            break
     found = []
     for times in (1, *AGAIN):
         part = Sightings._make(array[: times * lock] for array in seen)

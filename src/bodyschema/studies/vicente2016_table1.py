@@ -52,8 +52,8 @@ class Table1:
     paper: ClassVar[str] = "vicente2016"
     figure: ClassVar[str] = "table1"
 
-    method: Literal["particle-filter"] = "particle-filter"
-    """Who learns: the filter as published."""
+    method: Literal["particle-filter", "track"] = "particle-filter"
+    """Who learns: the filter as published, or outlines in information form."""
     runs: int = 120
     """Movements: 40 different ones, then those again with other random numbers."""
     seed: int = 0

@@ -38,8 +38,8 @@ class Table2:
     paper: ClassVar[str] = "vicente2016"
     figure: ClassVar[str] = "table2"
 
-    method: Literal["particle-filter"] = "particle-filter"
-    """Who learns: the filter as published."""
+    method: Literal["particle-filter", "track"] = "particle-filter"
+    """Who learns: the filter as published, or outlines in information form."""
     runs: int = 40
     """Movements, the same for each number of particles."""
     seed: int = 0
@@ -110,9 +110,12 @@ class Table2:
             f"{self.runs} movements (paper: 40), {self.scene} scene; mean ± SD over movements.",
             "Frames per second of one core's time; the paper's GPU made 1.25 with 200 particles "
             "and 0.13 with 2000.",
-            "The effective sample size stays at the number of particles: the likelihood prefers "
-            "none of them, so more particles help only in the first frames.",
         ]
+        if self.method == "particle-filter":
+            notes.append(
+                "Where the effective sample size is the number of particles, the likelihood "
+                "prefers none of them: more particles help only in the first frames."
+            )
         return Rows(head, rows, notes)
 
     def _row(

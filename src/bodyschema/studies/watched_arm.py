@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kinematics import relative_pose
+from bodyschema.errors import InputError
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.learning.hand_eye_points import HandEyePoints
 from bodyschema.learning.linear_relation import PaperRelation
@@ -54,6 +55,10 @@ class Course:
     """rad: angle by which the head turns; its shift is 11.4 mm a degree, as in the paper."""
     ramp: float = 0.0
     """s that each change takes."""
+
+    def __post_init__(self) -> None:
+        if self.ramp < 0:
+            raise InputError(f"a change takes no time or some; got {self.ramp:g} s.")
 
     def stream(self, rng: np.random.Generator) -> Stream:
         """All samples of one experiment."""

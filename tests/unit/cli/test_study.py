@@ -59,6 +59,25 @@ def test_nothing_to_do_is_refused(wrong):
         RunStudy(**{"study": TinyStudy(), **wrong}).run()
 
 
+def test_settings_that_are_no_numbers_are_refused():
+    with pytest.raises(InputError, match="--pause is nan; give a finite number"):
+        RunStudy(TinyStudy(pause=float("nan")), workers=1).run()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["hersch2008", "figure3", "--reach-deg", "-5"], "give numbers above zero"),
+        (["nabeshima", "figure9", "--ramp-s", "-1"], "takes no time or some; got -1 s"),
+        (["nabeshima", "hand-eye", "--points", "0"], "at least one point of the rod; got 0"),
+        (["nabeshima", "hand-eye", "--speed", "0"], "speed above zero; got 0"),
+    ],
+)
+def test_impossible_settings_are_refused(arguments, message, capsys):
+    assert cli.run(["study", *arguments, "--runs", "1", "--workers", "1", "--json"]) == 2
+    assert re.search(message, " ".join(capsys.readouterr().err.split()))
+
+
 def test_all_studies_are_listed(capsys):
     assert cli.run(["study"]) == 0
     shown = capsys.readouterr().out

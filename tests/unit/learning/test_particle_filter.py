@@ -71,7 +71,7 @@ def test_the_choice_is_the_smoothed_maximum_before_resampling() -> None:
 
 
 def test_particles_live_on_by_their_weight() -> None:
-    learner = ParticleFilter(hand(), particles=60, noise=0.0, floor=0.0)
+    learner = ParticleFilter(hand(), particles=60, prior=0.3, noise=0.0, floor=0.0)
     state = learner.start(BODY, icub.RIGHT_ARM)
     after, _ = learner.step(state, SEEN)
     T = state.error.piece_poses(BODY, SEEN.q, state.beta, SEEN.cameras, hand().frames)
