@@ -34,3 +34,14 @@ def shared_data() -> Callable[[str], Path]:
         return path
 
     return folder
+
+
+@pytest.fixture(scope="session")
+def offscreen() -> None:
+    """Skip where MuJoCo cannot draw pictures: it needs OpenGL without a window (libegl1)."""
+    import mujoco
+
+    try:
+        mujoco.Renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), 8, 8).close()
+    except Exception as error:  # each platform has an error of its own
+        pytest.skip(f"MuJoCo cannot draw here: {error}")

@@ -22,6 +22,8 @@ for _name in ("table2", "figure9", "generalisation"):
 @pytest.fixture(scope="module", params=STUDIES, ids=" ".join)
 def done(request):
     """A study of one run, its results and its summary."""
+    if request.param[0] == "vicente2016":
+        request.getfixturevalue("offscreen")
     study = study_class(*request.param)(runs=1, **QUICK.get(request.param, {}))
     results = run_study(study, 1)
     return request.param, study, results, study.summary(results)

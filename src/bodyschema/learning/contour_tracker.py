@@ -26,7 +26,7 @@ from bodyschema.body.parameters import free_joints
 from bodyschema.body.tree import Body
 from bodyschema.imagination.colours import ColourModel
 from bodyschema.imagination.surface import Surface
-from bodyschema.learning.markerless import LOST, Markerless, learn_colours, noise_at
+from bodyschema.learning.markerless import Markerless, is_lost, learn_colours, noise_at
 from bodyschema.learning.rim_fit import (
     Normal,
     RimModel,
@@ -125,7 +125,7 @@ class ContourTracker:
             normal = model.normal(rows, z, noise_at(reach))
             at, z = z, model.solve([*known, normal], len(z) - n)
         matched = rows.matched / max(rows.length, 1.0)
-        lost = matched < LOST
+        lost = is_lost(matched, seen.masked)
         if lost:
             return replace(state, lost=True), self._info(state, rows, state.z, matched, True)
         state = replace(state, z=z, keys=self._kept(state, Key(seen, rows, normal, at)))

@@ -34,8 +34,11 @@ Array = NDArray[np.float64]
 Mount = Literal["hand", "base"]
 
 FEWEST_PAIRS = 3
-MARGIN = 5.0
+MARGIN = 10.0
 """What a scale must gain beyond the criterion: noise is never quite what the fit takes it for."""
+
+FEWEST_SCALED = 10
+"""Pairs from which a scale is looked for: fewer leave too little to judge the noise by."""
 
 LEAST_TURN = 0.01
 """rad: poses that turn less than this from each other show nothing of where the eye is."""
@@ -119,12 +122,11 @@ def solve_hand_eye(
         )
     B = lie.inverse(T) if eye_on == "hand" else T
     starts = pair_starts(A, B, seed)
-    scales = (False, True) if free_scale is None else (free_scale,)
-    fits = {free: _likeliest(A, B, starts, free) for free in scales}
-    chosen = fits[scales[0]]
-    if free_scale is None:
-        gain = fits[True].likelihood - chosen.likelihood
-        chosen = fits[gain > 0.5 * np.log(6 * len(A)) + MARGIN]
+    tried: tuple[bool, ...] = (False, True) if len(A) >= FEWEST_SCALED else (False,)
+    tried = tried if free_scale is None else (free_scale,)
+    fits = [_likeliest(A, B, starts, free) for free in tried]
+    gain = fits[-1].likelihood - fits[0].likelihood
+    chosen = fits[-1] if gain > 0.5 * np.log(6 * len(A)) + MARGIN else fits[0]
     return _answer(chosen, accepted_std)
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bodyschema.body.kinematics import relative_pose_derivatives
 from bodyschema.imagination.colours import ColourModel
-from bodyschema.learning.markerless import FINE_REACH, LOST, MarkerlessFit, learn_colours
+from bodyschema.learning.markerless import FINE_REACH, MarkerlessFit, is_lost, learn_colours
 from bodyschema.learning.rim_fit import RimModel, Sight
 from bodyschema.senses.images import Images
 
@@ -39,11 +39,8 @@ class HandPose:
     """Share of the imagined contour that was found within 2 pixels."""
     residual: float
     """Median distance of the found contour, pixels; inf if nothing was found."""
-
-    @property
-    def lost(self) -> bool:
-        """Whether the pictures do not show the hand there."""
-        return self.matched < LOST
+    lost: bool
+    """Whether the pictures do not show the hand there."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +81,12 @@ class HandTracker:
         z = np.concatenate([estimate.x, self.fit.bias])
         rows = self.model.rows(Sight.of(seen, self.colours), z, FINE_REACH[-1])
         left = np.abs(rows.d - rows.J @ np.concatenate([0 * estimate.x, self.fit.bias]))
+        matched = rows.matched / max(rows.length, 1.0)
         return HandPose(
             seen.time,
             D.pose,
             D.by_parameter @ estimate.covariance @ D.by_parameter.T,
-            rows.matched / max(rows.length, 1.0),
+            matched,
             float(np.median(left)) if len(left) else np.inf,
+            is_lost(matched, seen.masked),
         )

@@ -4,6 +4,7 @@
     refine    the best of them by Gauss-Newton on contour correspondences (`rim_fit`), the radius
               of the search shrinking; that with the best score is kept
     fit       the same on all postures in full resolution, with a bias for each camera
+              If too little of the contour fits, all again from twice as many other guesses.
     say       covariance, directions that are open, share of the contour that fits
 
 Vicente, Jamone, Bernardino 2016 keep the guesses and let them wander; here they only find the basin
@@ -17,7 +18,7 @@ turn, as the colours get better with the estimate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,8 +60,11 @@ LEAST_SAID = 10.0
 """Information in units of the prior below which a direction is open. A shape is never quite right:
 a round flange seems to tell a little of its turn."""
 
-LOST = 0.6
+LOST, LOST_WITHOUT_MASKS = 0.6, 0.5
 """Share of the contour that must fit."""
+
+ATTEMPTS = 3
+"""Sets of guesses, each twice as many as the one before, until the body is found."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,7 @@ class MarkerlessFit:
     @property
     def lost(self) -> bool:
         """Whether the body is not where the estimate says, or something is before it."""
-        return self.matched < LOST
+        return is_lost(self.matched, not np.isnan(self.iou))
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,20 @@ class Markerless:
         """
         _check(frames)
         model = RimModel(self.surface, body, parameters)
+        answers: list[MarkerlessFit] = []
+        while not answers or (answers[-1].lost and self.seeds and len(answers) < ATTEMPTS):
+            again = 2 ** len(answers)
+            more = replace(
+                self,
+                seeds=again * self.seeds,
+                refined=again * self.refined,
+                seed=self.seed + len(answers),
+            )
+            answers.append(more.fit_once(model, frames))
+        return max(answers, key=lambda answer: answer.matched)
+
+    def fit_once(self, model: RimModel, frames: Sequence[Images]) -> MarkerlessFit:
+        """From one set of guesses."""
         z = self.start(model, frames) if self.seeds else np.zeros(_size(model, frames))
         sights = self._sights(model, z, frames)
         for reach in FINE_REACH:
@@ -202,6 +220,11 @@ def overlap(model: RimModel, z: Array, frames: Sequence[Images]) -> float:
         masks = [ObservedMask.of(picture) for picture in seen.pictures]
         shares.append(fit_contours(model.surface, T, seen.cameras, masks, False).jaccard)
     return float(np.mean(shares))
+
+
+def is_lost(matched: float, masked: bool) -> bool:
+    """Whether so small a share of the contour tells that the body is not there."""
+    return matched < (LOST if masked else LOST_WITHOUT_MASKS)
 
 
 def noise_at(reach: float) -> float:

@@ -2,12 +2,13 @@
 
 `searching`  A small pool of hypotheses (`hypotheses`) is refined at every sighting. A new sighting
              is predicted before it is learned from. The search locks when the best hypothesis has
-             predicted `successes` sightings in a row exactly; or, for noisy points, when there are
-             `enough` times as many numbers as the skeleton has and two hypotheses have come to
-             the same best place from different starts.
+             predicted everything that is seen `successes` times in a row exactly; or, for noisy
+             points, when there are `enough` times as many numbers as the skeleton has and two
+             hypotheses have come to the same best place from different starts.
 `locked`     The winner becomes the reference body of the recursive `GaussNewton` learner. Priors
              of axes and links stay those of the parameters, so directions that nothing seen can
-             tell keep their variance. At 2, 4 and 8 times the sightings of the lock, everything
+             tell keep their variance. The search goes on for a while, and a rival that explains
+             more brings it back. At 2, 4 and 8 times the sightings of the lock, everything
              kept so far is fitted again, against fresh challengers.
 `known`      No challenger has won; or the skeleton is exact. Nothing but the recursive learner's
              belief is kept: constant memory.
@@ -27,13 +28,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import AXIS, LINK, REVOLUTE
+from bodyschema.body.kernels import AXIS, LINK
 from bodyschema.body.parameters import Parameters
-from bodyschema.body.skeleton import Skeleton, zero_rotations
+from bodyschema.body.skeleton import Skeleton
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.learning.gauss_newton import GaussNewton, Innovation
-from bodyschema.learning.growth import Look, plan
+from bodyschema.learning.growth import plan
 from bodyschema.learning.hypotheses import (
     Hypotheses,
     Rule,
@@ -44,16 +45,17 @@ from bodyschema.learning.hypotheses import (
     search,
     spawn,
 )
-from bodyschema.learning.pool_state import PoolInfo, PoolState
-from bodyschema.learning.skeleton_samples import SkeletonSamples
+from bodyschema.learning.pool_state import PoolInfo, PoolState, look_of, sightings_of
 from bodyschema.learning.skeleton_sight import Routes, Sightings
 from bodyschema.senses.observations import Observations
-from bodyschema.senses.touches import Touches
 
 Array = NDArray[np.float64]
 
 AGAIN = (2, 4, 8)
 """Times the sightings of the lock at which all is fitted again."""
+
+BETTER = 0.7
+"""Times the level of the locked skeleton: a rival that goes below it reopens the search."""
 
 PREDICTED = 1e-3
 """Of the unit: an exact skeleton predicts better than this."""
@@ -74,7 +76,7 @@ class Pool:
     enough: int = 2
     """Times the least sightings at which a noisy skeleton may be locked."""
     successes: int = 5
-    """Exact predictions in a row that make a skeleton known."""
+    """Exact predictions in a row, of each that is seen, that make a skeleton known."""
     challengers: int = 3
     """Fresh hypotheses at each new fit of the burn-in."""
     rounds: int = 20
@@ -100,7 +102,7 @@ class Pool:
         """Learn from one sighting."""
         if state.belief is None:
             return self._search(state, sample)
-        if _look(sample) not in state.looks:
+        if look_of(sample) not in state.looks:
             # A marker never seen before hangs on joints that may not be known.
             return self._search(_lost(state), sample)
         belief, innovation = self.recursive.step(state.belief, sample)
@@ -108,11 +110,11 @@ class Pool:
         if after.surprise > SURPRISE_BAND:
             after = _lost(after)
         elif after.phase == "locked":
-            after = self._again(_remember(after, sample))
+            after = self._doubted(_remember(after, sample))
         return after, _info(after, sample, innovation.residual)
 
     def _search(self, state: PoolState, sample: Observations) -> tuple[PoolState, PoolInfo]:
-        look = _look(sample)
+        look = look_of(sample)
         if look not in state.looks:
             # Plans are dear: others that are seen for the first time may come in this moment.
             fresh = replace(state, looks=(*state.looks, look), routes=None, pool=None)
@@ -149,8 +151,8 @@ class Pool:
         if routes is None:
             routes = plan(state.reference, state.parameters, state.looks)
         if sightings is None:
-            sightings = _sightings(state.reference, state.looks, state.samples)
-        most = self.window * -(-int(routes.rank[-1]) // 3)
+            sightings = sightings_of(state.reference, state.looks, state.samples)
+        most = _most(self.window, routes)
         return replace(
             state,
             routes=routes,
@@ -172,7 +174,7 @@ class Pool:
         """Whether the search is over."""
         if pool.stage[state.best] < len(routes.columns) - 1:
             return state
-        if state.streak >= self.successes:
+        if state.streak >= self.successes * len(state.looks):
             return replace(
                 self._handed_over(state, pool), phase="known", samples=(), sightings=None
             )
@@ -190,6 +192,26 @@ class Pool:
         *before, last = state.samples
         belief, _ = learner.step(replace(empty, waiting=tuple(before)), last)
         return replace(state, belief=belief, surprise=1.0)
+
+    def _doubted(self, state: PoolState) -> PoolState:
+        """The search goes on until there are twice as many sightings; later, now and then.
+
+        False places that many starts come to do exist in trees.
+        """
+        M = len(state.samples)
+        if AGAIN[0] * state.lock < M:
+            return self._again(state)
+        assert state.pool is not None
+        assert state.routes is not None
+        assert state.sightings is not None
+        pool = copied(state.pool)
+        rows = np.arange(max(0, M - _most(self.window, state.routes)), M)
+        best = int(search(state.routes, state.sightings, rows, pool, state.unit, self.rule))
+        better = pool.level[best] < BETTER * pool.level[state.best]
+        state = replace(state, pool=pool)
+        if better:
+            return replace(state, best=best, phase="searching", belief=None, streak=0)
+        return self._again(state)
 
     def _again(self, state: PoolState) -> PoolState:
         """Fit all that was kept again when its size says so."""
@@ -212,10 +234,6 @@ class Pool:
         return replace(state, phase="known", samples=(), sightings=None)
 
 
-def _look(sample: Observations) -> Look:
-    return Look(sample.seen_from, sample.seen, isinstance(sample, Touches))
-
-
 def _lost(state: PoolState) -> PoolState:
     """Searching again, from nothing but who looks at whom."""
     fresh = PoolState(state.reference, state.parameters, "searching")
@@ -227,24 +245,14 @@ def _remember(state: PoolState, sample: Observations) -> PoolState:
     state = replace(state, samples=(*state.samples, sample))
     if state.sightings is None:
         return state
-    new = _sightings(state.reference, state.looks, (sample,))
+    new = sightings_of(state.reference, state.looks, (sample,))
     pairs = zip(state.sightings, new, strict=True)
     return replace(state, sightings=Sightings._make(np.concatenate(pair) for pair in pairs))
 
 
-def _sightings(body: Body, looks: tuple[Look, ...], samples: tuple[Observations, ...]) -> Sightings:
-    """The samples as the search takes them."""
-    R0 = zero_rotations(body)
-    parts = [SkeletonSamples.of(sample, body, R0) for sample in samples]
-    theta = np.concatenate([part.theta for part in parts])
-    turning = body.kind == REVOLUTE
-    return Sightings(
-        np.where(turning, np.cos(theta), 1.0),
-        np.where(turning, np.sin(theta), theta),
-        np.array([looks.index(_look(sample)) for sample in samples]),
-        np.concatenate([part.v for part in parts]),
-        np.concatenate([part.x for part in parts]),
-    )
+def _most(window: int, routes: Routes) -> int:
+    """Sightings that the search remembers."""
+    return window * -(-int(routes.rank[-1]) // 3)
 
 
 def _surprise(state: PoolState, innovation: Innovation) -> float:

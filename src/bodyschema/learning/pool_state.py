@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -9,16 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from bodyschema.body.kernels import REVOLUTE
 from bodyschema.body.parameters import Parameters
-from bodyschema.body.skeleton import Skeleton
+from bodyschema.body.skeleton import Skeleton, zero_rotations
 from bodyschema.body.tree import Body
 from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.gauss_newton import Belief
 from bodyschema.learning.growth import Look
 from bodyschema.learning.hypotheses import Hypotheses
 from bodyschema.learning.normal_equations import positive_factor
+from bodyschema.learning.skeleton_samples import SkeletonSamples
 from bodyschema.learning.skeleton_sight import Routes, Sightings
 from bodyschema.senses.observations import Observations
+from bodyschema.senses.touches import Touches
 
 Array = NDArray[np.float64]
 Phase = Literal["searching", "locked", "known"]
@@ -99,3 +103,25 @@ class PoolInfo:
     """m, see `PoolState.expected_error`."""
     surprise: float
     """Running mean, see the module; about 1 when all is well."""
+
+
+def look_of(sample: Observations) -> Look:
+    """Who looks at whom in a sample."""
+    return Look(sample.seen_from, sample.seen, isinstance(sample, Touches))
+
+
+def sightings_of(
+    body: Body, looks: tuple[Look, ...], samples: tuple[Observations, ...]
+) -> Sightings:
+    """The samples as the search takes them."""
+    R0 = zero_rotations(body)
+    parts = [SkeletonSamples.of(sample, body, R0) for sample in samples]
+    theta = np.concatenate([part.theta for part in parts])
+    turning = body.kind == REVOLUTE
+    return Sightings(
+        np.where(turning, np.cos(theta), 1.0),
+        np.where(turning, np.sin(theta), theta),
+        np.array([looks.index(look_of(sample)) for sample in samples]),
+        np.concatenate([part.v for part in parts]),
+        np.concatenate([part.x for part in parts]),
+    )

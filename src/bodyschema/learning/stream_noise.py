@@ -111,11 +111,13 @@ def measured(e: Sequence[Array], J: Sequence[Array]) -> StreamNoise:
         for rows in np.array_split(np.arange(len(residual)), pieces):
             left, freedom = _left_over(residual[rows], slope[rows])
             variance = float(np.median(left**2)) / float(chi2.median(1))
-            good = np.sum(left**2, axis=1) < wild_beyond(left.shape[1]) * variance
+            good = np.sum(left**2, axis=1) <= wild_beyond(left.shape[1]) * variance
             both = good[1:] & good[:-1]
             shared = np.sum(left[1:] * left[:-1], axis=1)[both]
             level.append(float(np.mean(left[good] ** 2)) / freedom)
-            product.append(float(np.sum(shared) / np.sum(left[1:][both] ** 2)))
+            # An exact recording has neither size nor memory.
+            size = max(float(np.sum(left[1:][both] ** 2)), 1e-300)
+            product.append(float(np.sum(shared)) / size)
     return StreamNoise(float(np.median(level)), float(np.median(product)), float(count))
 
 

@@ -7,9 +7,10 @@ Without noise a run has converged at the sample after which `STREAK` predictions
 the threshold, a share of the chain's length (all links summed).
 
 With noise (normal, on each coordinate) and outliers (uniform in a cube of the chain's length either
-way, added to the point) the pool locks at twice the least number of samples or, if no two hypotheses agree, up to twice
-that; it fits again, against challengers, at 2, 4 and 8 times that. The run has converged when its root mean square error
-on fresh postures is then below three times the Cramer-Rao bound of the samples that are no outliers
+way, added to the point) the pool locks at twice the least number of samples or, until two
+hypotheses agree, up to twice that. It fits again, against challengers, at 2, 4 and 8 times that.
+The run has converged when its root mean square error on fresh postures is then below three times
+the Cramer-Rao bound of the samples that are no outliers
 
     bound^2 = s^2 mean over fresh postures of tr J (sum_i J_i^T J_i)^+ J^T.
 """

@@ -88,7 +88,7 @@ class Table1:
     def summary(self, results: Mapping[str, Result]) -> Result:
         """Of the model without a mismatch, and under "mismatched" of the other."""
         found = {model: self._of([r[model] for r in results.values()]) for model in MODELS}
-        head = {"method": self.method, "runs": self.runs, "particles": self.particles}
+        head: Result = {"method": self.method, "runs": self.runs, "particles": self.particles}
         head["scene"] = self.scene
         return head | found["identical"] | {"mismatched": found["mismatched"]}
 

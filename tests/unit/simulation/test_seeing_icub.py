@@ -19,6 +19,8 @@ pytest.importorskip("mujoco")
 pytest.importorskip("icub_models")
 pytest.importorskip("trimesh")
 
+pytestmark = pytest.mark.usefixtures("offscreen")
+
 OFFSETS = dict(zip(icub.RIGHT_ARM, BETA, strict=True))
 
 

@@ -82,7 +82,7 @@ def results() -> dict[str, Result]:
         learned = watching.body.with_parameters(parameters, slid)
         plain = with_shortest_links(learned, parameters, watching.looks())
         q = watching.postures(10, rng)
-        found[task.key] = {
+        found[task.key] = {"failed": False} | {
             name: {"skeleton": figure11._stored(body), **vars(compare(watching, body, q))}
             for name, body in (("learned", learned), ("shortest", plain))
         }
@@ -97,6 +97,7 @@ def test_figure11_tells_the_two_schemas_apart(results: dict[str, Result]) -> Non
         of = answer[case]
         assert (of["identifiable"], of["parameters"]) == (rank, 135)
         assert len(of["open"]) == 135 - rank
+        assert of["failed"] == 0
         assert max(of["learned"][key] for key in ("prediction", "axes", "lines")) < 1e-9
         assert of["learned"]["centres"] > 0.05
         assert of["shortest"]["centres_mean"] < 0.5 * of["learned"]["centres_mean"]

@@ -20,6 +20,8 @@ from bodyschema.studies.hand_movements import LONGEST, SHORTEST, movement, movem
 from bodyschema.studies.watched_hand import believed, distance, watch
 from imagined_hand import BETA
 
+pytestmark = pytest.mark.usefixtures("offscreen")
+
 
 @dataclass(frozen=True)
 class Known:
