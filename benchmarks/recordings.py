@@ -15,6 +15,7 @@ talos   held-out error of the point, with joint offsets and with the model that 
         links, which are all they can learn; the pool takes nothing of them from the model.
         "from_nothing" is the skeleton learned without the URDF, from the order of the joints alone.
 tiago   what `calibrate` says of a recording with a clock fault.
+vislab, med7   joint offsets from pictures alone, see `benchmarks/markerless.py`.
 ur5_artag  hand and eye from pairs of poses with outliers: scatter of the target in the hand, all
         pairs counted ("rms_mm" is dominated by the wrong ones; "inlier_rms_mm" by those with
         weight above one half).
@@ -36,6 +37,7 @@ from typing import Any
 import numpy as np
 
 import bodyschema as bs
+import markerless
 from bodyschema import lie
 from bodyschema.body.arrangement import Arrangement, JointEntry
 from bodyschema.body.dh import DHRow, body_from_dh
@@ -52,6 +54,9 @@ from bodyschema.recording.tables import open_recording
 from bodyschema.senses.observations import Observations
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+STARTS = 50
+"""Random starts of vislab."""
 
 FULL = ("offsets", "axes", "links")
 
@@ -346,6 +351,7 @@ def measure(data: Path) -> dict[str, Any]:
             "from_nothing": talos_skeleton(data),
         },
         "tiago": tiago(data),
+        **markerless.measure(data, STARTS),
         "ur5_artag": ur5_artag(data),
         "eth": eth(data),
     }

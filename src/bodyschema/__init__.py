@@ -31,12 +31,14 @@ if TYPE_CHECKING:
     from bodyschema.learning.batch import LevenbergMarquardt
     from bodyschema.learning.calibrate import calibrate
     from bodyschema.learning.calibration import Calibration
+    from bodyschema.learning.contour_tracker import ContourTracker
     from bodyschema.learning.determinable import determinable
     from bodyschema.learning.estimate import Estimate
     from bodyschema.learning.gauss_newton import GaussNewton
     from bodyschema.learning.hand_eye_calibration import HandEye, solve_hand_eye
     from bodyschema.learning.hand_eye_points import HandEyePoints
     from bodyschema.learning.linear_relation import PaperRelation
+    from bodyschema.learning.markerless import Markerless
     from bodyschema.learning.online_gradient import OnlineGradient
     from bodyschema.learning.particle_filter import ParticleFilter
     from bodyschema.learning.pool import Pool
@@ -90,6 +92,8 @@ _HOMES = {
     "JoinedStreams": "learning.pose_streams",
     "join_streams": "learning.pose_streams",
     "OnlineGradient": "learning.online_gradient",
+    "Markerless": "learning.markerless",
+    "ContourTracker": "learning.contour_tracker",
     "ParticleFilter": "learning.particle_filter",
     "Pool": "learning.pool",
     "Replay": "learning.replay",
@@ -117,6 +121,7 @@ __all__ = [
     "Calibration",
     "Camera",
     "Candidate",
+    "ContourTracker",
     "Estimate",
     "GaussNewton",
     "HandEye",
@@ -128,6 +133,7 @@ __all__ = [
     "LevenbergMarquardt",
     "LinkMonitor",
     "Machine",
+    "Markerless",
     "MissingExtraError",
     "OnlineGradient",
     "PaperRelation",

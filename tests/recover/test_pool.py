@@ -58,8 +58,8 @@ def test_noise_and_outliers_leave_an_error_of_the_size_that_it_states() -> None:
     for seed in range(6):
         rng = np.random.default_rng(seed)
         truth = Body.random_chain(3, rng)
-        seen = points(truth, postures(150, truth, rng, 1.6), rng, 2e-3, "base", "tip")
-        bad = rng.random(150) < 0.05
+        seen = points(truth, postures(200, truth, rng, 1.6), rng, 2e-3, "base", "tip")
+        bad = rng.random(200) < 0.05
         seen.position[bad] += rng.uniform(-0.5, 0.5, (int(bad.sum()), 3))
         state = learned(Pool(), arrangement(3), [seen])
         assert state.phase == "known"

@@ -126,9 +126,11 @@ def read_track_file(path: Path) -> TrackFile:
     }
     if not cameras:
         raise InputError(f"{where} names no camera; add a section [cameras.NAME].")
-    entries = {
+    named = [key for key in ("robot", "recording") if key in table]
+    paths: dict[str, Any] = {key: str(here / table[key]) for key in named}
+    entries: dict[str, Any] = {
         **table,
-        **{key: str(here / table[key]) for key in ("robot", "recording") if key in table},
+        **paths,
         "joints": entry_of(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
         "free": entry_of(FreeOffsets, table.get("free", {}), f"[free] of {where}"),
         "cameras": cameras,
