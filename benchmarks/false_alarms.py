@@ -28,8 +28,8 @@ import numpy as np
 
 from bodyschema import lie
 from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.hand_eye_clock import ClockSearch
-from bodyschema.learning.hand_eye_points import HandEyePoints
+from bodyschema.learning.hand_eye.clock import ClockSearch
+from bodyschema.learning.hand_eye.points import HandEyePoints
 from bodyschema.monitoring.machine import Machine
 from bodyschema.simulation.katana import (
     Noise,

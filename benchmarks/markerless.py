@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 import bodyschema as bs
 from bodyschema import lie
 from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.markerless import Markerless, MarkerlessFit, overlap
-from bodyschema.learning.rim_fit import RimModel
+from bodyschema.learning.images.markerless import Markerless, MarkerlessFit, overlap
+from bodyschema.learning.images.rim_fit import RimModel
 from bodyschema.senses.images import Images
 from watched_arms import PUBLISHED, Watched, med7, vislab
 

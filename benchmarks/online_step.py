@@ -26,8 +26,8 @@ import bodyschema as bs
 from bodyschema.body.kernels import FIXED
 from bodyschema.body.kinematics import path_between, relative_pose
 from bodyschema.learning.learner import run
-from bodyschema.learning.online_gradient import OnlineGradient
-from bodyschema.learning.skeleton_samples import SkeletonSamples
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient
+from bodyschema.learning.skeletons.samples import SkeletonSamples
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid
 
 REPEATS, SAMPLES = 15, 2000

@@ -44,11 +44,11 @@ from bodyschema.body.dh import DHRow, body_from_dh
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.learning.batch import Fit
 from bodyschema.learning.discrepancy import learn_discrepancy
-from bodyschema.learning.hand_eye_calibration import solve_hand_eye
+from bodyschema.learning.hand_eye.full_poses import solve_hand_eye
+from bodyschema.learning.hand_eye.pose_streams import join_streams
 from bodyschema.learning.held_out import folds_of, held_out, outlier_free
 from bodyschema.learning.learner import run
 from bodyschema.learning.one_pass import BURN_IN, Fitting, LearnerName, fitting
-from bodyschema.learning.pose_streams import join_streams
 from bodyschema.learning.problem import Knowledge, Problem
 from bodyschema.recording.tables import open_recording
 from bodyschema.senses.observations import Observations

@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 import bodyschema as bs
-from bodyschema.learning.online_gradient import from_nothing
-from bodyschema.learning.pool import Pool
+from bodyschema.learning.skeletons.online_gradient import from_nothing
+from bodyschema.learning.skeletons.pool import Pool
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid
 from bodyschema.simulation.moving_robot import MovingRobot
 

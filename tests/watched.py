@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bodyschema.learning.hand_eye_chart import HandEye, from_transform
-from bodyschema.learning.hand_eye_points import HandEyePoints
+from bodyschema.learning.hand_eye.chart import HandEye, from_transform
+from bodyschema.learning.hand_eye.points import HandEyePoints
 from bodyschema.simulation.katana import Noise, Scene, Stream, draw_scene, stereo, stream
 
 

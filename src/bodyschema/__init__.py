@@ -31,23 +31,23 @@ if TYPE_CHECKING:
     from bodyschema.learning.batch import LevenbergMarquardt
     from bodyschema.learning.calibrate import calibrate
     from bodyschema.learning.calibration import Calibration
-    from bodyschema.learning.contour_tracker import ContourTracker
     from bodyschema.learning.determinable import determinable
     from bodyschema.learning.estimate import Estimate
     from bodyschema.learning.gauss_newton import GaussNewton
-    from bodyschema.learning.hand_eye_calibration import HandEye, solve_hand_eye
-    from bodyschema.learning.hand_eye_points import HandEyePoints
+    from bodyschema.learning.hand_eye.full_poses import HandEye, solve_hand_eye
+    from bodyschema.learning.hand_eye.points import HandEyePoints
+    from bodyschema.learning.hand_eye.pose_streams import JoinedStreams, join_streams
+    from bodyschema.learning.hand_eye.stereo_points import Stereo, StereoPoints
+    from bodyschema.learning.images.contour_tracker import ContourTracker
+    from bodyschema.learning.images.markerless import Markerless
+    from bodyschema.learning.images.particle_filter import ParticleFilter
     from bodyschema.learning.linear_relation import PaperRelation
-    from bodyschema.learning.markerless import Markerless
-    from bodyschema.learning.online_gradient import OnlineGradient
-    from bodyschema.learning.particle_filter import ParticleFilter
-    from bodyschema.learning.pool import Pool
-    from bodyschema.learning.pose_streams import JoinedStreams, join_streams
-    from bodyschema.learning.replay import Replay
-    from bodyschema.learning.shortest_links import with_shortest_links
-    from bodyschema.learning.skeleton_problem import learn_skeleton
+    from bodyschema.learning.skeletons.online_gradient import OnlineGradient
+    from bodyschema.learning.skeletons.pool import Pool
+    from bodyschema.learning.skeletons.problem import learn_skeleton
+    from bodyschema.learning.skeletons.replay import Replay
+    from bodyschema.learning.skeletons.shortest_links import with_shortest_links
     from bodyschema.learning.smoother import Smoother
-    from bodyschema.learning.stereo_points import Stereo, StereoPoints
     from bodyschema.learning.watched_body import WatchedBody
     from bodyschema.monitoring.change import detect_change
     from bodyschema.monitoring.innovations import Candidate
@@ -65,9 +65,9 @@ _HOMES = {
     "Machine": "monitoring.machine",
     "WatchedBody": "learning.watched_body",
     "check_stream": "monitoring.stream_check",
-    "StereoPoints": "learning.stereo_points",
-    "Stereo": "learning.stereo_points",
-    "HandEyePoints": "learning.hand_eye_points",
+    "StereoPoints": "learning.hand_eye.stereo_points",
+    "Stereo": "learning.hand_eye.stereo_points",
+    "HandEyePoints": "learning.hand_eye.points",
     "Camera": "body.camera",
     "Surface": "imagination.surface",
     "Body": "body.tree",
@@ -87,21 +87,21 @@ _HOMES = {
     "Estimate": "learning.estimate",
     "LevenbergMarquardt": "learning.batch",
     "GaussNewton": "learning.gauss_newton",
-    "HandEye": "learning.hand_eye_calibration",
-    "solve_hand_eye": "learning.hand_eye_calibration",
-    "JoinedStreams": "learning.pose_streams",
-    "join_streams": "learning.pose_streams",
-    "OnlineGradient": "learning.online_gradient",
-    "Markerless": "learning.markerless",
-    "ContourTracker": "learning.contour_tracker",
-    "ParticleFilter": "learning.particle_filter",
-    "Pool": "learning.pool",
-    "Replay": "learning.replay",
+    "HandEye": "learning.hand_eye.full_poses",
+    "solve_hand_eye": "learning.hand_eye.full_poses",
+    "JoinedStreams": "learning.hand_eye.pose_streams",
+    "join_streams": "learning.hand_eye.pose_streams",
+    "OnlineGradient": "learning.skeletons.online_gradient",
+    "Markerless": "learning.images.markerless",
+    "ContourTracker": "learning.images.contour_tracker",
+    "ParticleFilter": "learning.images.particle_filter",
+    "Pool": "learning.skeletons.pool",
+    "Replay": "learning.skeletons.replay",
     "Calibration": "learning.calibration",
     "calibrate": "learning.calibrate",
-    "learn_skeleton": "learning.skeleton_problem",
+    "learn_skeleton": "learning.skeletons.problem",
     "determinable": "learning.determinable",
-    "with_shortest_links": "learning.shortest_links",
+    "with_shortest_links": "learning.skeletons.shortest_links",
     "Smoother": "learning.smoother",
     "detect_change": "monitoring.change",
     "Candidate": "monitoring.innovations",

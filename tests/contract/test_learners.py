@@ -15,9 +15,9 @@ from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
 from bodyschema.body.tree import Body
 from bodyschema.learning.gauss_newton import GaussNewton
 from bodyschema.learning.learner import Learner, in_time_order, run
-from bodyschema.learning.online_gradient import OnlineGradient
-from bodyschema.learning.pool import Pool
-from bodyschema.learning.replay import Replay
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient
+from bodyschema.learning.skeletons.pool import Pool
+from bodyschema.learning.skeletons.replay import Replay
 from bodyschema.learning.smoother import Smoother
 from bodyschema.monitoring.innovations import Candidate
 from bodyschema.monitoring.link_change import LinkMonitor

@@ -12,7 +12,7 @@ import bodyschema as bs
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.contour_tracker import ContourTracker, TrackInfo, TrackState
+from bodyschema.learning.images.contour_tracker import ContourTracker, TrackInfo, TrackState
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
 from icub_arm import arm, eyes, readings

@@ -8,9 +8,9 @@ from scipy.stats import chi2
 
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
-from bodyschema.learning.hand_eye_clock import ClockSearch
-from bodyschema.learning.hand_eye_points import HandEyePoints
-from bodyschema.learning.stereo_points import StereoPoints
+from bodyschema.learning.hand_eye.clock import ClockSearch
+from bodyschema.learning.hand_eye.points import HandEyePoints
+from bodyschema.learning.hand_eye.stereo_points import StereoPoints
 from bodyschema.simulation.katana import (
     Noise,
     delayed,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 import bodyschema as bs
 from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.image_seeds import coarse, sobol_seeds, spread_out
-from bodyschema.learning.markerless import Markerless, MarkerlessFit
+from bodyschema.learning.images.image_seeds import coarse, sobol_seeds, spread_out
+from bodyschema.learning.images.markerless import Markerless, MarkerlessFit
 from bodyschema.senses.images import Images, Picture
 from bodyschema.simulation import icub
 from icub_arm import arm, eyes, readings

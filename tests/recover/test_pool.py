@@ -11,8 +11,8 @@ from bodyschema.body.parameters import free_joints, free_skeleton
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.learning.learner import run
-from bodyschema.learning.pool import Pool
-from bodyschema.learning.pool_state import PoolState
+from bodyschema.learning.skeletons.pool import Pool
+from bodyschema.learning.skeletons.pool_state import PoolState
 from bodyschema.senses.points import Points
 from bodyschema.senses.touches import Touches
 from bodyschema.simulation.humanoid import humanoid

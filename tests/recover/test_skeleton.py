@@ -11,7 +11,7 @@ from bodyschema import InputError, learn_skeleton
 from bodyschema.body.skeleton import Skeleton
 from bodyschema.body.tree import Body
 from bodyschema.learning.one_pass import pooled
-from bodyschema.learning.skeleton_problem import SkeletonProblem
+from bodyschema.learning.skeletons.problem import SkeletonProblem
 from bodyschema.senses.poses import Poses
 from simulated_skeleton import NOISE, arrangement, true_torso, watched
 

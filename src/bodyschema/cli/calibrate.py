@@ -229,7 +229,7 @@ class Calibrate:
 def _calibration(run: RunFile, loaded: Loaded, progress: Callable[[str], None]) -> Calibration:
     """Correct the robot, or learn its skeleton."""
     from bodyschema.learning.calibrate import calibrate
-    from bodyschema.learning.skeleton_problem import learn_skeleton
+    from bodyschema.learning.skeletons.problem import learn_skeleton
 
     if run.skeleton:
         learner = cast(LearnerName, run.learner)

@@ -16,9 +16,9 @@ from bodyschema.atomic import check_new_folder, new_folder
 
 if TYPE_CHECKING:
     from bodyschema.cli.track_file import Album
-    from bodyschema.learning.hand_track import HandPose
-    from bodyschema.learning.markerless import MarkerlessFit
-    from bodyschema.learning.rim_fit import RimModel
+    from bodyschema.learning.images.hand_track import HandPose
+    from bodyschema.learning.images.markerless import MarkerlessFit
+    from bodyschema.learning.images.rim_fit import RimModel
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,10 @@ class Track:
         """Learn, look at every row, write; returns 1 when the body was not found."""
         from bodyschema.cli.track_file import Album, read_track_file
         from bodyschema.imagination.surface import Surface
-        from bodyschema.learning.hand_track import HandTracker
-        from bodyschema.learning.image_seeds import spread_out
-        from bodyschema.learning.markerless import Markerless
-        from bodyschema.learning.rim_fit import RimModel
+        from bodyschema.learning.images.hand_track import HandTracker
+        from bodyschema.learning.images.image_seeds import spread_out
+        from bodyschema.learning.images.markerless import Markerless
+        from bodyschema.learning.images.rim_fit import RimModel
 
         check_new_folder(self.out, self.overwrite)
         album = Album.open(read_track_file(self.run_file))

@@ -18,7 +18,7 @@ both readings are settings: the scale of x (by Eq. 21, or so that its last entry
 (100 lambda_N as printed, or 100 a^2 lambda_N, which has the unit of what it is compared with).
 
 This is the paper's method as it stands. Noise in the rows biases it, and its stop rule holds when
-the rotation is still 10 degrees off; `hand_eye_points` is what we use.
+the rotation is still 10 degrees off; `hand_eye.points` is what we use.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
-from bodyschema.learning.hand_eye import nearest_rotation
+from bodyschema.learning.hand_eye.closed_forms import nearest_rotation
 
 Array = NDArray[np.float64]
 

@@ -36,9 +36,9 @@ from bodyschema.learning.normal_equations import (
     whiten,
     whitened_residual,
 )
-from bodyschema.learning.online_gradient import OnlineGradient
-from bodyschema.learning.pool import Pool
 from bodyschema.learning.problem import Problem
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient
+from bodyschema.learning.skeletons.pool import Pool
 from bodyschema.learning.smoother import Smoother
 from bodyschema.senses.observations import Observations
 

@@ -22,8 +22,8 @@ from bodyschema import lie
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning import hand_eye
-from bodyschema.learning.pair_starts import QUANTILE, pair_starts
+from bodyschema.learning.hand_eye import closed_forms as hand_eye
+from bodyschema.learning.hand_eye.pair_starts import QUANTILE, pair_starts
 from bodyschema.senses.observations import Observations
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses

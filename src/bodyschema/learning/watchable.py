@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learning.certificate import Certificate
+from bodyschema.learning.hand_eye.certificate import Certificate
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
-from bodyschema.learning.certificate import Certificate, Demand, certify
 from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.gauss_newton import Belief, GaussNewton
+from bodyschema.learning.hand_eye.certificate import Certificate, Demand, certify
 from bodyschema.learning.identifiability import random_postures
 from bodyschema.learning.normal_equations import level_rows, whiten
 from bodyschema.learning.stream_noise import StreamNoise, wild_beyond

@@ -22,7 +22,7 @@ from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
-from bodyschema.learning.certificate import Certificate
+from bodyschema.learning.hand_eye.certificate import Certificate
 from bodyschema.learning.watchable import Watchable, WhiteInnovation
 from bodyschema.monitoring.block_ratio import LONGEST, BlockRatio, Window, noticeable
 from bodyschema.monitoring.cusum import Cusum, Sums

@@ -18,7 +18,7 @@ from bodyschema.body.kernels import FIXED, REVOLUTE
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.stereo_points import Stereo, StereoPoints
+from bodyschema.learning.hand_eye.stereo_points import Stereo, StereoPoints
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

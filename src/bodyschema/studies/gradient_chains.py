@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
 from bodyschema.body.skeleton import walk_in
-from bodyschema.learning.gradient_step import Flags, descend
+from bodyschema.learning.skeletons.gradient_step import Flags, descend
 from bodyschema.studies.random_chains import (
     LONGEST,
     SHORTEST,

@@ -19,8 +19,8 @@ from bodyschema.body.kinematics import path_between
 from bodyschema.body.parameters import free_skeleton
 from bodyschema.body.skeleton import Skeleton, walk_in
 from bodyschema.body.tree import Body
-from bodyschema.learning.gradient_step import descend
-from bodyschema.learning.online_gradient import from_nothing, typical_link
+from bodyschema.learning.skeletons.gradient_step import descend
+from bodyschema.learning.skeletons.online_gradient import from_nothing, typical_link
 from bodyschema.simulation.humanoid import EYE
 from bodyschema.studies.self_watching import SelfWatching
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from bodyschema.body.tree import Body
 from bodyschema.imagination.surface import Surface
-from bodyschema.learning.contour_tracker import ContourTracker
-from bodyschema.learning.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
-from bodyschema.learning.particle_filter import ParticleFilter
+from bodyschema.learning.images.contour_tracker import ContourTracker
+from bodyschema.learning.images.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
+from bodyschema.learning.images.particle_filter import ParticleFilter
 from bodyschema.senses.images import Images
 from bodyschema.simulation.seeing_icub import Scene
 

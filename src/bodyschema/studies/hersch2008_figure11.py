@@ -13,7 +13,7 @@ from bodyschema.body.parameters import free_skeleton
 from bodyschema.body.skeleton import Skeleton
 from bodyschema.body.tree import Body
 from bodyschema.learning.determinable import determinable
-from bodyschema.learning.shortest_links import with_shortest_links
+from bodyschema.learning.skeletons.shortest_links import with_shortest_links
 from bodyschema.report.skeleton_picture import draw_skeleton, frame_view, places
 from bodyschema.simulation.humanoid import BETWEEN, ENDS, EYE, humanoid, icub_humanoid
 from bodyschema.studies.gradient_trees import gradient_tree_run

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bodyschema.body.parameters import free_joints
 from bodyschema.body.tree import Body
-from bodyschema.learning.online_gradient import OnlineGradient
-from bodyschema.learning.skeleton_samples import SkeletonSamples
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient
+from bodyschema.learning.skeletons.samples import SkeletonSamples
 from bodyschema.senses.touches import Touches
 from bodyschema.studies.random_chains import (
     LONGEST,

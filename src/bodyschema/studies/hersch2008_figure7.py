@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from bodyschema.body.parameters import free_skeleton
 from bodyschema.body.skeleton import Skeleton
 from bodyschema.body.tree import Body
-from bodyschema.learning.online_gradient import OnlineGradient, from_nothing
-from bodyschema.learning.skeleton_samples import SkeletonSamples
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient, from_nothing
+from bodyschema.learning.skeletons.samples import SkeletonSamples
 from bodyschema.studies.study import Result, Rows, Task
 from bodyschema.studies.touching_arms import LINK, touches, two_arms
 

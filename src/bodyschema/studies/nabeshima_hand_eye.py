@@ -19,10 +19,10 @@ import tyro
 from bodyschema import lie
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import MissingExtraError
-from bodyschema.learning.hand_eye_chart import from_transform
-from bodyschema.learning.hand_eye_points import HandEyePoints
+from bodyschema.learning.hand_eye.chart import from_transform
+from bodyschema.learning.hand_eye.points import HandEyePoints
+from bodyschema.learning.hand_eye.stereo_points import triangulated_rows
 from bodyschema.learning.linear_relation import Direction, Moments, PaperRelation
-from bodyschema.learning.stereo_points import triangulated_rows
 from bodyschema.simulation.katana import (
     Scene,
     Stream,

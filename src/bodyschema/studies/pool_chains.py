@@ -1,4 +1,4 @@
-"""Whole runs of the pool on random chains: the search of `learning.pool` and no other.
+"""Whole runs of the pool on random chains: the search of `learning.skeletons.pool` and no other.
 
 The chain's end point is fixed, unknown, and learned as its last link. At every sample the best
 hypothesis predicts first; then the sample is learned from, unless prediction and fit were exact.
@@ -25,8 +25,9 @@ from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
 from bodyschema.body.parameters import free_skeleton
-from bodyschema.learning.growth import Look, plan
-from bodyschema.learning.hypotheses import (
+from bodyschema.learning.skeletons.fit import accumulate, solve_damped, square_errors, told_variance
+from bodyschema.learning.skeletons.growth import Look, plan
+from bodyschema.learning.skeletons.hypotheses import (
     Hypotheses,
     Rule,
     agreed,
@@ -35,9 +36,8 @@ from bodyschema.learning.hypotheses import (
     search,
     spawn,
 )
-from bodyschema.learning.pool import AGAIN, PREDICTED, Pool
-from bodyschema.learning.skeleton_fit import accumulate, solve_damped, square_errors, told_variance
-from bodyschema.learning.skeleton_sight import Routes, Sightings, foresee, work_for
+from bodyschema.learning.skeletons.pool import AGAIN, PREDICTED, Pool
+from bodyschema.learning.skeletons.sight import Routes, Sightings, foresee, work_for
 from bodyschema.studies.random_chains import (
     Generator,
     chain_body,

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from bodyschema.body.parameters import free_skeleton
 from bodyschema.body.skeleton import Skeleton
 from bodyschema.body.tree import Body
-from bodyschema.learning.online_gradient import from_nothing, typical_link
-from bodyschema.learning.pool import Pool
+from bodyschema.learning.skeletons.online_gradient import from_nothing, typical_link
+from bodyschema.learning.skeletons.pool import Pool
 from bodyschema.studies.self_watching import FRESH, SelfWatching
 
 Array = NDArray[np.float64]

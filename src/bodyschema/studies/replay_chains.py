@@ -11,8 +11,8 @@ import numpy as np
 
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.parameters import free_skeleton
-from bodyschema.learning.online_gradient import OnlineGradient
-from bodyschema.learning.replay import Replay
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient
+from bodyschema.learning.skeletons.replay import Replay
 from bodyschema.senses.points import Points
 from bodyschema.studies.gradient_chains import STREAK, Protocol
 from bodyschema.studies.random_chains import (

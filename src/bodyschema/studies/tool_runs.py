@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.learning.learner import Learner, run
-from bodyschema.learning.online_gradient import OnlineGradient
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient
 from bodyschema.learning.smoother import Smoother
 from bodyschema.monitoring.link_change import LinkMonitor
 from bodyschema.studies.held_tool import CANDIDATES, ELBOW, TIP, Change, Scene, arm, freed

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.body_errors import BodyError, CartesianError, JointOffsets
-from bodyschema.learning.particle_filter import ParticleFilter
+from bodyschema.learning.images.body_errors import BodyError, CartesianError, JointOffsets
+from bodyschema.learning.images.particle_filter import ParticleFilter
 from bodyschema.report.figure import AFTER, BEFORE
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import SeeingIcub

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learning.hand_eye_points import HandEyePoints
+from bodyschema.learning.hand_eye.points import HandEyePoints
+from bodyschema.learning.hand_eye.stereo_points import triangulated_rows
 from bodyschema.learning.linear_relation import PaperRelation
-from bodyschema.learning.stereo_points import triangulated_rows
 from bodyschema.monitoring.machine import Machine
 from bodyschema.simulation.katana import (
     Scene,

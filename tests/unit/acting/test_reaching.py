@@ -14,7 +14,7 @@ from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.learning.identifiability import random_postures
 from bodyschema.learning.invisible import invisible_motions
-from bodyschema.learning.online_gradient import from_nothing
+from bodyschema.learning.skeletons.online_gradient import from_nothing
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid
 from bodyschema.simulation.moving_robot import MovingRobot
 

@@ -15,7 +15,7 @@ from bodyschema.body.tree import Body
 from bodyschema.learning.determinable import Determinable, determinable
 from bodyschema.learning.identifiability import random_postures
 from bodyschema.learning.invisible import invisible_motions, take_out
-from bodyschema.learning.shortest_links import with_shortest_links
+from bodyschema.learning.skeletons.shortest_links import with_shortest_links
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
 from bodyschema.simulation.humanoid import BETWEEN, ENDS, EYE, STRAIGHT, humanoid

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bodyschema.learning.hand_eye_chart import innovations, lift, predict
-from bodyschema.learning.hand_eye_points import HandEyePoints
-from bodyschema.learning.point_memory import PointMemory
-from bodyschema.learning.stereo_points import depth_row, monomial_rows
+from bodyschema.learning.hand_eye.chart import innovations, lift, predict
+from bodyschema.learning.hand_eye.point_memory import PointMemory
+from bodyschema.learning.hand_eye.points import HandEyePoints
+from bodyschema.learning.hand_eye.stereo_points import depth_row, monomial_rows
 from bodyschema.simulation.katana import project_points, stereo
 from watched import learned, seen, truth
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bodyschema import lie
+from bodyschema.learning.hand_eye.stereo_points import head_eye, triangulated_rows
 from bodyschema.learning.linear_relation import Moments, PaperRelation, Relation
-from bodyschema.learning.stereo_points import head_eye, triangulated_rows
 from bodyschema.simulation.katana import project_points, stereo
 from watched import seen
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bodyschema.learning.certificate import Demand
 from bodyschema.learning.gauss_newton import GaussNewton
+from bodyschema.learning.hand_eye.certificate import Demand
 from bodyschema.learning.stream_noise import StreamNoise
 from bodyschema.learning.watched_body import WatchedBelief, WatchedBody, moments
 from simulated import drawn, free_all, points, poses, postures, seen_arm

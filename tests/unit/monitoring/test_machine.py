@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from bodyschema.learning.hand_eye_points import HandEyePoints
-from bodyschema.learning.point_memory import PointMemory
-from bodyschema.learning.stereo_points import StereoPoints
+from bodyschema.learning.hand_eye.point_memory import PointMemory
+from bodyschema.learning.hand_eye.points import HandEyePoints
+from bodyschema.learning.hand_eye.stereo_points import StereoPoints
 from bodyschema.learning.watchable import Doubt, WhiteInnovation
 from bodyschema.monitoring.block_ratio import BlockRatio, Window, noticeable, ratio
 from bodyschema.monitoring.cusum import Cusum, Sums

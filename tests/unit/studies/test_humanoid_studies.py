@@ -9,7 +9,7 @@ import pytest
 
 from bodyschema.body.parameters import free_skeleton
 from bodyschema.learning.invisible import invisible_motions
-from bodyschema.learning.shortest_links import with_shortest_links
+from bodyschema.learning.skeletons.shortest_links import with_shortest_links
 from bodyschema.simulation.humanoid import ENDS, EYE
 from bodyschema.studies import hersch2008_figure11 as figure11
 from bodyschema.studies.hersch2008_figure10 import Figure10

@@ -12,7 +12,7 @@ from bodyschema.body.skeleton import Skeleton
 from bodyschema.body.tree import Body
 from bodyschema.learning.invisible import invisible_motions
 from bodyschema.learning.learner import in_time_order
-from bodyschema.learning.online_gradient import OnlineGradient, from_nothing, typical_link
+from bodyschema.learning.skeletons.online_gradient import OnlineGradient, from_nothing, typical_link
 from bodyschema.simulation.humanoid import BETWEEN, ENDS, EYE, humanoid
 from bodyschema.studies.gradient_trees import STREAK, bin_ends, gradient_tree_run
 from bodyschema.studies.schema_comparison import compare

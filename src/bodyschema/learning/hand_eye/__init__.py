@@ -1,0 +1,1 @@
+"""Where cameras and targets are, from poses or from one tracked point."""

@@ -1,0 +1,1 @@
+"""Joint offsets and poses from what a camera sees of the body."""
