@@ -140,7 +140,6 @@ def innovations(
     f, B = stereo[0], stereo[3]
     q, y, by = np.empty(3), np.empty(3), np.empty((3, 9))
     for n in range(T.shape[0]):
-        MR = M @ np.ascontiguousarray(T[n, :3, :3])
         for k in range(points.shape[0]):
             for i in range(3):
                 q[i] = T[n, i, 3]
@@ -156,7 +155,9 @@ def innovations(
                 by[i, down] = -y[up]
                 by[i, 3 + i] = -1.0
                 for j in range(3):
-                    by[i, 6 + j] = MR[i, j]
+                    by[i, 6 + j] = (
+                        M[i, 0] * T[n, 0, j] + M[i, 1] * T[n, 1, j] + M[i, 2] * T[n, 2, j]
+                    )
             for i in range(3):
                 y[i] -= u[i]
             # Behind the camera nothing is predicted well; a tiny depth makes the misfit huge.
