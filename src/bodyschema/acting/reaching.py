@@ -12,7 +12,6 @@ def reach(
     robot: Robot,
     body: Body,
     aim: Aim,
-    solver: InverseKinematics = InverseKinematics(),  # noqa: B008  (frozen settings)
     seed: int = 0,
 ) -> Reached:
     """Move a robot so that a frame comes to a place, as near as the body knows how to.
@@ -21,8 +20,7 @@ def reach(
         robot: it moves, once.
         body: what is believed of it; how near the robot truly comes depends on how right this is.
         aim: which frame should be where, seen from where.
-        solver: of the inverse kinematics, which starts at the present posture.
-        seed: of its random starts.
+        seed: of the random starts of the inverse kinematics; the present posture comes first.
 
     Raises:
         InputError: the body's joints are not those of the robot; or see `InverseKinematics.solve`.
@@ -32,6 +30,6 @@ def reach(
             f"the robot's joints are {', '.join(robot.joints)} and the body's "
             f"{', '.join(body.joints)}; give a body with the same joints in the same order."
         )
-    found = solver.solve(body, aim, robot.read(), seed=seed)
+    found = InverseKinematics().solve(body, aim, robot.read(), seed=seed)
     robot.command(found.q)
     return found

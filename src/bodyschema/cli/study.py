@@ -83,7 +83,7 @@ class RunStudy(Generic[AnyStudy]):
         """Refuse settings that no study can work with."""
         if self.study.runs < 1 or (self.workers is not None and self.workers < 1):
             raise InputError("--runs and --workers count something; give numbers of 1 or more.")
-        for entry in fields(self.study):  # type: ignore[arg-type]
+        for entry in fields(self.study):
             value = getattr(self.study, entry.name)
             if isinstance(value, float) and not math.isfinite(value):
                 flag = entry.name.replace("_", "-")
@@ -103,7 +103,7 @@ class RunStudy(Generic[AnyStudy]):
             return self.out
         changed = [
             f"{entry.name}-{_word(getattr(self.study, entry.name))}"
-            for entry in fields(self.study)  # type: ignore[arg-type]
+            for entry in fields(self.study)
             if entry.default is MISSING or getattr(self.study, entry.name) != entry.default
         ]
         return Path("studies") / "_".join([self.study.paper, self.study.figure, *changed])

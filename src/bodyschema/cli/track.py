@@ -47,6 +47,9 @@ class Track:
 
     def run(self) -> int:
         """Learn, look at every row, write; returns 1 when the body was not found."""
+        from rich.console import Console
+        from rich.progress import track
+
         from bodyschema.cli.track_file import Album, read_track_file
         from bodyschema.imagination.surface import Surface
         from bodyschema.learning.images.hand_track import HandTracker
@@ -58,13 +61,15 @@ class Track:
         album = Album.open(read_track_file(self.run_file))
         surface = Surface.of(album.body, album.run.links or None, album.run.faces)
         begin = time.perf_counter()
-        key_frames = [album.seen(row) for row in spread_out(album.q, self.keys)]
-        free = album.parameters
-        learner = Markerless(surface, seeds=self.seeds, seed=self.seed)
-        fit = learner.fit(album.body, free, key_frames)
+        notes, free = Console(stderr=True), album.parameters
+        with notes.status("learning the offsets"):
+            key_frames = [album.seen(row) for row in spread_out(album.q, self.keys)]
+            learner = Markerless(surface, seeds=self.seeds, seed=self.seed)
+            fit = learner.fit(album.body, free, key_frames)
         model = RimModel(surface, album.body, free)
         tracker = HandTracker.of(model, fit, key_frames, album.run.hand)
-        poses = [tracker.look(album.seen(row)) for row in range(len(album))]
+        rows = track(range(len(album)), "looking at every row", console=notes)
+        poses = [tracker.look(album.seen(row)) for row in rows]
         seconds = time.perf_counter() - begin
         answer = track_json(fit, poses, len(album) / seconds)
         with new_folder(self.out, self.overwrite) as folder:
@@ -126,7 +131,12 @@ def describe(answer: dict[str, Any], out: Path) -> str:
         f"{100 * answer['matched']:.0f} % of the contour fits; the hand is lost in {gone} of "
         f"{len(frames)} rows; {answer['frames_per_second']:.1f} rows a second."
     )
-    return "\n".join([head, *lines, f"All numbers and overlays: {out}"])
+    lines.append(f"All numbers and overlays: {out}")
+    if answer["lost"]:
+        lines.append("Next: look at the overlays; check lens, camera and meshes, or free more.")
+    else:
+        lines.append("Next: look at the overlays; green should lie on the robot.")
+    return "\n".join([head, *lines])
 
 
 def _draw(

@@ -23,7 +23,8 @@ from bodyschema.body.camera import Camera
 from bodyschema.body.kernels import kernel
 from bodyschema.errors import InputError
 from bodyschema.imagination.observed import UNIT, ObservedMask
-from bodyschema.imagination.silhouette import new_scratch, trace
+from bodyschema.imagination.scratch import new_scratch
+from bodyschema.imagination.silhouette import trace
 from bodyschema.imagination.spans import Spans, boundary, new_spans, overlap, sweep
 from bodyschema.imagination.surface import Columns, Surface
 from bodyschema.imagination.views import CAPACITY, over_views

@@ -9,16 +9,12 @@ computed from the corner in front, so that both faces of the edge get the same o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
+from bodyschema.imagination.scratch import Scratch
 from bodyschema.imagination.surface import Columns
-
-if TYPE_CHECKING:
-    from bodyschema.imagination.silhouette import Scratch
 
 Floats = NDArray[np.float32]
 

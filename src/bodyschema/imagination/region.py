@@ -11,7 +11,8 @@ from bodyschema.body.camera import Camera
 from bodyschema.body.kernels import kernel
 from bodyschema.errors import InputError
 from bodyschema.imagination.contours import NEAR
-from bodyschema.imagination.silhouette import new_scratch, trace
+from bodyschema.imagination.scratch import new_scratch
+from bodyschema.imagination.silhouette import trace
 from bodyschema.imagination.spans import new_spans, overlap, sweep
 from bodyschema.imagination.surface import Columns, Surface
 from bodyschema.imagination.views import over_views

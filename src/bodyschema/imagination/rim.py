@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
-from bodyschema.imagination.silhouette import Scratch, new_scratch, outline
+from bodyschema.imagination.scratch import Scratch, new_scratch
+from bodyschema.imagination.silhouette import outline
 from bodyschema.imagination.surface import Columns
 
 Floats = NDArray[np.float32]

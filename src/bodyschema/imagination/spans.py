@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
-from bodyschema.imagination.silhouette import Scratch
+from bodyschema.imagination.scratch import Scratch
 
 Ints = NDArray[np.int32]
 Naturals = NDArray[np.uint32]

@@ -104,6 +104,19 @@ def concatenate(parts: Sequence[Observations]) -> Observations:
     return replace(first, **joined)
 
 
+def counted(
+    q: ArrayLike, time: ArrayLike | None, rows: ArrayLike | None
+) -> tuple[Array, Array, Ints]:
+    """Readings (n, n_joints), times and row numbers (n,); the latter count from 0 when None."""
+    readings = np.atleast_2d(np.asarray(q, dtype=np.float64))
+    count = np.arange(len(readings))
+    return (
+        readings,
+        np.asarray(count if time is None else time, dtype=np.float64),
+        np.asarray(count if rows is None else rows, dtype=np.int64),
+    )
+
+
 def check_samples(observations: Observations, seen: Array, shape: tuple[int, ...]) -> None:
     """Refuse arrays that do not belong together or are not finite.
 

@@ -19,7 +19,7 @@ from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.senses.observations import Linearized, Observations, check_samples
+from bodyschema.senses.observations import Linearized, Observations, check_samples, counted
 
 Array = NDArray[np.float64]
 
@@ -75,15 +75,14 @@ class Poses(Observations):
             time: (n,) s; 0, 1, 2, ... when None.
             rows: (n,) row numbers for messages; 0, 1, 2, ... when None.
         """
-        readings = np.atleast_2d(np.asarray(q, dtype=np.float64))
-        count = np.arange(len(readings))
+        readings, times, numbers = counted(q, time, rows)
         return cls(
-            time=count.astype(np.float64) if time is None else np.asarray(time, dtype=np.float64),
+            time=times,
             q=readings,
             seen_from=seen_from,
             seen=seen,
             covariance=np.diag(np.repeat(np.square(std), 3)),
-            rows=count if rows is None else np.asarray(rows, dtype=np.int64),
+            rows=numbers,
             pose=np.asarray(pose, dtype=np.float64).reshape(-1, 4, 4),
         )
 

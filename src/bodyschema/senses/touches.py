@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
-from bodyschema.senses.observations import Linearized, Observations, check_samples
+from bodyschema.senses.observations import Linearized, Observations, check_samples, counted
 from bodyschema.senses.points import DEFAULT_STD
 
 Array = NDArray[np.float64]
@@ -65,16 +65,15 @@ class Touches(Observations):
             time: (n,) s; 0, 1, 2, ... when None.
             rows: (n,) row numbers for messages; 0, 1, 2, ... when None.
         """
-        readings = np.atleast_2d(np.asarray(q, dtype=np.float64))
-        count = np.arange(len(readings))
+        readings, times, numbers = counted(q, time, rows)
         v = np.asarray(touching, dtype=np.float64)
         return cls(
-            time=count.astype(np.float64) if time is None else np.asarray(time, dtype=np.float64),
+            time=times,
             q=readings,
             seen_from=seen_from,
             seen=seen,
             covariance=std**2 * np.eye(3),
-            rows=count if rows is None else np.asarray(rows, dtype=np.int64),
+            rows=numbers,
             position=np.atleast_2d(np.asarray(position, dtype=np.float64)),
             touching=np.tile(v, (len(readings), 1)) if v.ndim == 1 else v,
         )

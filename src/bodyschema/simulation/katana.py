@@ -8,6 +8,7 @@ Noise may be correlated in time, some samples may be wild, and the camera's cloc
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -177,7 +178,7 @@ def draw_motion(
     return time, np.concatenate(pieces)
 
 
-def _way_points(rng: np.random.Generator, T_world_cam: Array):  # type: ignore[no-untyped-def]
+def _way_points(rng: np.random.Generator, T_world_cam: Array) -> Iterator[Array]:
     """Postures with the hand in both images and 0.55 to 1.5 m away, one after the other."""
     body, eyes, T_cam_world = katana(), stereo(), lie.inverse(T_world_cam)
     while True:

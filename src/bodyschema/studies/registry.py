@@ -37,4 +37,5 @@ STUDIES: dict[tuple[str, str], str] = {
 def study_class(paper: str, figure: str) -> type[Any]:
     """The class of a study; its module is loaded at the first call."""
     module, name = STUDIES[paper, figure].split(":")
-    return getattr(importlib.import_module(f"bodyschema.studies.{module}"), name)  # type: ignore[no-any-return]
+    found: type[Any] = getattr(importlib.import_module(f"bodyschema.studies.{module}"), name)
+    return found

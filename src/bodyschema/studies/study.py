@@ -46,6 +46,7 @@ class Rows:
 class Study(Protocol):
     """A published experiment; a frozen dataclass of settings."""
 
+    __dataclass_fields__: ClassVar[dict[str, Any]]
     paper: ClassVar[str]
     """First author and year, as in "hersch2008"."""
     figure: ClassVar[str]
