@@ -12,6 +12,7 @@ def reach(
     robot: Robot,
     body: Body,
     aim: Aim,
+    solver: InverseKinematics | None = None,
     seed: int = 0,
 ) -> Reached:
     """Move a robot so that a frame comes to a place, as near as the body knows how to.
@@ -20,7 +21,8 @@ def reach(
         robot: it moves, once.
         body: what is believed of it; how near the robot truly comes depends on how right this is.
         aim: which frame should be where, seen from where.
-        seed: of the random starts of the inverse kinematics; the present posture comes first.
+        solver: of the inverse kinematics, which starts at the present posture; as it comes if None.
+        seed: of its random starts.
 
     Raises:
         InputError: the body's joints are not those of the robot; or see `InverseKinematics.solve`.
@@ -30,6 +32,6 @@ def reach(
             f"the robot's joints are {', '.join(robot.joints)} and the body's "
             f"{', '.join(body.joints)}; give a body with the same joints in the same order."
         )
-    found = InverseKinematics().solve(body, aim, robot.read(), seed=seed)
+    found = (solver or InverseKinematics()).solve(body, aim, robot.read(), seed=seed)
     robot.command(found.q)
     return found
