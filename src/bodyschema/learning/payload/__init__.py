@@ -1,0 +1,1 @@
+"""What hangs on a wrist, from its force/torque sensor."""
