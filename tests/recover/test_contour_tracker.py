@@ -66,7 +66,8 @@ def test_the_hand_is_known_at_once_and_the_offsets_after_a_while() -> None:
     off = infos[-1].offsets - TRUTH
     assert off @ np.linalg.solve(infos[-1].covariance, off) < 7 * 9
     assert not any(info.lost for info in infos)
-    assert len(state.keys) == 3
+    assert len(state.hypotheses[0].keys) == 3
+    assert not any(info.ambiguous for info in infos)
 
 
 def test_a_hidden_hand_is_lost_teaches_nothing_and_is_found_again() -> None:
@@ -79,6 +80,17 @@ def test_a_hidden_hand_is_lost_teaches_nothing_and_is_found_again() -> None:
     assert [info.lost for info in infos] == [False, True, True, False]
     assert (infos[1].offsets == infos[0].offsets).all()
     assert hand_error(infos[3].offsets, frames[3].q) < 1
+
+
+def test_images_without_the_hand_are_lost_again_and_again() -> None:
+    tracker = ContourTracker(arm(), seeds=32)
+    wall = np.full((240, 320, 3), 90, np.uint8)
+    wall[150:, :] = (60, 120, 40)
+    state = tracker.start(BODY, icub.RIGHT_ARM)
+    for seen in stream(2):
+        state, info = tracker.step(state, replace(seen, pictures=(wall, wall)))
+        assert info.lost
+        assert np.isfinite(info.covariance).all()
 
 
 def test_the_same_pictures_give_the_same_answer() -> None:

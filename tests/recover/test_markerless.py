@@ -9,10 +9,16 @@ import pytest
 from numpy.typing import NDArray
 
 import bodyschema as bs
+from bodyschema import lie
+from bodyschema.acting.servoing import pose_error
+from bodyschema.body.kinematics import relative_pose
 from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.image_seeds import coarse, sobol_seeds, spread_out
-from bodyschema.learning.images.markerless import Markerless, MarkerlessFit
+from bodyschema.learning.images.doubts import Doubts
+from bodyschema.learning.images.hand_track import hand_pose
+from bodyschema.learning.images.image_seeds import best_apart, coarse, sobol_seeds, spread_out
+from bodyschema.learning.images.markerless import Markerless
+from bodyschema.learning.images.markerless_fit import MarkerlessFit
 from bodyschema.senses.images import Images, Picture
 from bodyschema.simulation import icub
 from icub_arm import arm, eyes, readings
@@ -93,6 +99,43 @@ def test_what_is_not_the_arm_is_lost(what: str) -> None:
     assert learn(frames).lost
 
 
+def wrong_cameras(seed: int) -> tuple[bs.Body, tuple[bs.Camera, ...]]:
+    """Lenses and eyes that are wrong as the doubts say."""
+    rng, body, cameras = np.random.default_rng(seed), BODY, []
+    for camera in eyes():
+        K = camera.matrix.copy()
+        K[[0, 1], [0, 1]] *= 1 + 0.005 * rng.normal()
+        K[:2, 2] += rng.normal(size=2)
+        cameras.append(replace(camera, matrix=K))
+        turn = lie.transform(lie.exp_so3(np.deg2rad(0.1) * rng.normal(size=3)), np.zeros(3))
+        T = body.placement[body.frame_index(camera.frame)]
+        body = body.with_placement(camera.frame, T @ turn)
+    return body, tuple(cameras)
+
+
+def error_of_the_hand(doubts: Doubts, seed: int) -> tuple[float, float]:
+    """Normalised squared error of its pose in the first posture, and mm."""
+    truth = np.random.default_rng(seed).uniform(-0.05, 0.05, 7)
+    body, cameras = wrong_cameras(seed)
+    frames = look(truth, 5)
+    believed = [replace(seen, cameras=cameras) for seen in frames]
+    fit = Markerless(arm(), seeds=0, doubts=doubts).fit(body, OFFSETS, believed)
+    T, P = hand_pose(fit.whole, frames[0].q, icub.LEFT_EYE, icub.HAND)
+    posed = BODY.with_parameters(OFFSETS, truth)
+    e = pose_error(relative_pose(posed, frames[0].q, icub.LEFT_EYE, icub.HAND), T)
+    return float(e @ np.linalg.solve(P, e)), 1e3 * float(np.linalg.norm(e[:3]))
+
+
+def test_who_doubts_the_lens_is_off_by_as_much_as_is_said() -> None:
+    exact = Doubts(focal=0, centre=0, turn=0, shape=0)
+    doubting = np.array([error_of_the_hand(Doubts(), seed) for seed in range(3)])
+    trusting = np.array([error_of_the_hand(exact, seed) for seed in range(2)])
+    # 18 degrees of freedom together; 0.999 of their sum lies below 42.
+    assert doubting[:, 0].sum() < 42
+    assert trusting[:, 0].min() > 42
+    assert doubting[:2, 1].mean() < trusting[:, 1].mean()
+
+
 def test_colours_take_the_place_of_masks() -> None:
     rng = np.random.default_rng(2)
     truth = rng.uniform(-0.06, 0.06, 7)
@@ -125,6 +168,12 @@ def test_seeds_are_spread_as_the_prior_says() -> None:
     assert not x[0].any()
     np.testing.assert_allclose(x.std(axis=0), 0.1, rtol=0.03)
     assert (sobol_seeds(OFFSETS, 1000, 1) != x).any()
+
+
+def test_of_guesses_that_are_near_each_other_the_best_is_refined() -> None:
+    x = np.array([[0.0, 0], [0.1, 0], [2, 0], [2, 0.2], [0, 3]])
+    assert best_apart(x, np.array([1.0, 2, 5, 6, 3]), 3) == [3, 4, 1]
+    assert best_apart(x, np.array([1.0, 2, 5, 6, 3]), 9) == [3, 4, 1]
 
 
 def test_far_postures_are_chosen() -> None:

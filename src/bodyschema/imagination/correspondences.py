@@ -140,13 +140,33 @@ def rim_slopes(
     return RimSlopes(by_joint, by_parameter)
 
 
+def outward_gain(rim: Rim, T_cam_piece: ArrayLike, cameras: Sequence[Camera]) -> Array:
+    """|n^T P|: how far the outline moves where the surface is thicker, (n,) pixels per m.
+
+    The outward normal of the surface at a rim point is at right angles to the line of sight and to
+    the outline, and so is n^T P: they are parallel.
+
+    Args:
+        rim: points of the outline.
+        T_cam_piece: (n_cameras, n_pieces, 3 or 4, 4) that it was found at.
+        cameras: that it was found in.
+    """
+    T = np.asarray(T_cam_piece, dtype=np.float64)[rim.camera, rim.piece]
+    X = np.einsum("nij,nj->ni", T[:, :3, :3], rim.point) + T[:, :3, 3]
+    f = np.array([camera.intrinsics[:2] for camera in cameras])[rim.camera]
+    return np.asarray(np.linalg.norm(_slope(rim.normal, X, f), axis=1))
+
+
+def _slope(normal: Array, X: Array, f: Array) -> Array:
+    """n^T P at points X before the camera, (n, 3)."""
+    pull, plane = normal * f / X[:, 2:], X[:, :2] / X[:, 2:]
+    return np.column_stack([pull, -np.sum(pull * plane, axis=1)])
+
+
 def _by_twist(point: Array, normal: Array, camera: Camera, D: PoseDerivatives) -> Array:
     """n^T P [1, -[X']x], (n, 6)."""
     arm = point @ D.pose[:3, :3].T
-    X = arm + D.pose[:3, 3]
-    pull = normal * camera.intrinsics[:2] / X[:, 2:]
-    plane = X[:, :2] / X[:, 2:]
-    a = np.column_stack([pull, -np.sum(pull * plane, axis=1)])
+    a = _slope(normal, arm + D.pose[:3, 3], camera.intrinsics[:2])
     return np.hstack([a, np.cross(arm, a)])
 
 

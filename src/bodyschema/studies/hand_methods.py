@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from bodyschema.body.tree import Body
 from bodyschema.imagination.surface import Surface
 from bodyschema.learning.images.contour_tracker import ContourTracker
+from bodyschema.learning.images.doubts import Doubts
 from bodyschema.learning.images.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
 from bodyschema.learning.images.particle_filter import ParticleFilter
 from bodyschema.senses.images import Images
@@ -58,21 +59,25 @@ class OffsetLearner(Protocol):
 class Method:
     """A way to learn, and whether the arm should heed how sure it is."""
 
-    build: Callable[[Surface, Scene, int, int], OffsetLearner]
-    """(surface, scene, particles, seed) -> learner."""
+    build: Callable[[Surface, Scene, int, int, Doubts], OffsetLearner]
+    """(surface, scene, particles, seed, doubts) -> learner."""
     gated: bool
     """Servoing slows when the covariance is large; the paper's does not."""
 
 
-def _particle_filter(surface: Surface, scene: Scene, particles: int, seed: int) -> OffsetLearner:
+def _particle_filter(
+    surface: Surface, scene: Scene, particles: int, seed: int, doubts: Doubts
+) -> OffsetLearner:
     """As published: silhouettes before a plain background, edges before a cluttered one."""
     likelihood = SilhouetteLikelihood() if scene == "plain" else EdgeLikelihood()
     return ParticleFilter(surface, particles=particles, seed=seed, likelihood=likelihood)
 
 
-def _tracker(surface: Surface, scene: Scene, particles: int, seed: int) -> OffsetLearner:
+def _tracker(
+    surface: Surface, scene: Scene, particles: int, seed: int, doubts: Doubts
+) -> OffsetLearner:
     """Outlines in information form; as many first guesses as the filter has particles."""
-    return ContourTracker(surface, seeds=particles, seed=seed)
+    return ContourTracker(surface, seeds=particles, doubts=doubts, seed=seed)
 
 
 METHODS: dict[str, Method] = {

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.stats import chi2
 
 from bodyschema.studies.study import Result
 from bodyschema.studies.watched_hand import Trace
@@ -35,6 +36,13 @@ def mean_and_sd(values: ArrayLike) -> Result:
         name: {"mean": float(v[:, i].mean()), "sd": float(v[:, i].std())}
         for i, name in enumerate(("position_mm", "orientation_deg"))
     }
+
+
+def within_band(nees: ArrayLike) -> float:
+    """Share of normalised squared errors of poses that lie in the central 95 % of chi-square."""
+    low, high = chi2.ppf([0.025, 0.975], 6)
+    values = np.asarray(nees, dtype=np.float64)
+    return float(np.mean((values > low) & (values < high)))
 
 
 def text(found: Mapping[str, Any], unit: str) -> str:

@@ -29,6 +29,9 @@ from bodyschema.body.camera import Camera
 from bodyschema.body.kinematics import frame_jacobian, relative_pose
 from bodyschema.body.tree import Body
 from bodyschema.imagination.surface import Surface
+from bodyschema.learning.images.contour_tracker import TrackInfo
+from bodyschema.learning.images.doubts import Doubts
+from bodyschema.learning.images.hand_track import hand_pose
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import SEEN_LINKS, Scene, SeeingIcub, stereo_eyes
@@ -42,6 +45,8 @@ COARSE = {"r_hand": 300, "r_forearm": 618, "r_wrist_1": 200}
 """Faces of the mismatched model; the robot has 364, 1033 and 617."""
 FOCAL, CENTRE, YAW = 1.005, 1.0, float(np.deg2rad(0.1))
 """Mismatch: factor of the focal length, pixels of the principal point, yaw of each eye in rad."""
+EXACT = Doubts(focal=0.0, centre=0.0, turn=0.0, shape=0.0)
+"""Where model and robot are the same."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,8 @@ class Believed:
     body: Body
     cameras: tuple[Camera, ...]
     surface: Surface
+    doubts: Doubts
+    """What it knows that it may have wrong."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +89,7 @@ def believed(model: Model) -> Believed:
     """The model without a mismatch, as in the paper, or with an honest one."""
     body, cameras = icub.nominal_icub(), stereo_eyes()
     if model == "identical":
-        return Believed(body, cameras, Surface.of(body, SEEN_LINKS, 0))
+        return Believed(body, cameras, Surface.of(body, SEEN_LINKS, 0), EXACT)
     for camera in cameras:
         T = icub.eye_mounting(camera.frame)
         turn = lie.transform(lie.exp_so3([0.0, YAW, 0.0]), np.zeros(3))
@@ -91,7 +98,7 @@ def believed(model: Model) -> Believed:
     lenses = tuple(
         replace(camera, matrix=wrong @ camera.matrix + _shift(camera)) for camera in cameras
     )
-    return Believed(body, lenses, Surface.of(body, SEEN_LINKS, COARSE))
+    return Believed(body, lenses, Surface.of(body, SEEN_LINKS, COARSE), Doubts())
 
 
 def _shift(camera: Camera) -> Array:
@@ -139,7 +146,7 @@ def watch(
         servoing: settings of the closed loop.
     """
     mine, way = believed(model), movement(number)
-    learner = method.build(mine.surface, scene, particles, seed)
+    learner = method.build(mine.surface, scene, particles, seed, mine.doubts)
     state = learner.start(mine.body, icub.RIGHT_ARM)
     trace = Trace([], [], [], [], [], [], 0.0)
     seen = open_loop(number, frames, scene)
@@ -149,7 +156,7 @@ def watch(
     robot = SeeingIcub(true_offsets(), scene)
     robot.command(seen.images[-1].q)
     for _ in range(closed_frames):
-        adapted = adapt(mine.body, info.offsets)
+        adapted = hand_belief(mine.body, info, images.q).body
         sure = info.covariance if method.gated else None
         robot.command(servoing.step(adapted, robot.read(), [way.aim], icub.RIGHT_ARM, sure).q)
         images = robot.look()
@@ -187,14 +194,34 @@ def _note(
     trace: Trace, body: Body, way: Movement, q: Array, info: OffsetInfo, x_r: Array, particles: int
 ) -> None:
     """Add the errors of one frame."""
-    adapted, eye, hand = adapt(body, info.offsets), icub.LEFT_EYE, icub.HAND
-    x_e, x_n = relative_pose(adapted, q, eye, hand), relative_pose(body, q, eye, hand)
+    mine = hand_belief(body, info, q)
+    x_e, x_n = mine.pose, relative_pose(body, q, icub.LEFT_EYE, icub.HAND)
     trace.estimation.append(distance(x_r, x_e))
     trace.without.append(distance(x_r, x_n))
     trace.reaching.append(distance(way.T_d, x_r))
     trace.believed_reaching.append(distance(way.T_d, x_e))
     trace.sizes.append(info.effective_size / particles)
+    e = pose_error(x_r, x_e)
+    trace.nees.append(float(e @ np.linalg.solve(mine.covariance, e)))
+
+
+@dataclass(frozen=True)
+class HandBelief:
+    """What was learned, at one posture."""
+
+    body: Body
+    pose: Array
+    """(4, 4) x^e."""
+    covariance: Array
+    """(6, 6) of its twist (m, rad) in the left eye."""
+
+
+def hand_belief(body: Body, info: OffsetInfo, q: Array) -> HandBelief:
+    """By the offsets, and by the turns of the eyes where those were learned along with them."""
+    eye, hand = icub.LEFT_EYE, icub.HAND
+    if isinstance(info, TrackInfo):
+        return HandBelief(info.whole.body, *hand_pose(info.whole, q, eye, hand))
+    adapted = adapt(body, info.offsets)
     columns = [body.joint_index(name) for name in icub.RIGHT_ARM]
     J = frame_jacobian(adapted, q, eye, hand)[:, columns]
-    e, P = pose_error(x_r, x_e), J @ info.covariance @ J.T
-    trace.nees.append(float(e @ np.linalg.solve(P, e)))
+    return HandBelief(adapted, relative_pose(adapted, q, eye, hand), J @ info.covariance @ J.T)

@@ -1,7 +1,8 @@
 """Offsets from a stream of pictures: each adds what it says, and nothing is forgotten.
 
-The offsets x and the biases b of the cameras do not change, so pictures add up in information form.
-With H_k z = g_k the normal equations of key picture k round the z at which it was last looked at,
+The offsets x and what cameras and meshes have wrong y (`doubts`) do not change, so pictures add up
+in information form. With H_k z = g_k the normal equations of key picture k round the z = (x, y) at
+which it was last looked at,
 
     z = (P + sum_k H_k + H_t)^-1 (sum_k g_k + g_t)
 
@@ -10,49 +11,33 @@ looked at longest ago is looked at again, so that all of them follow the estimat
 a key when its posture is new; when there are too many, one of the two that are most alike goes.
 
 The first picture, and any after one that was lost, starts from guesses over the prior, scored on
-the key pictures (see `markerless`). Vicente, Jamone, Bernardino 2016 keep wandering guesses, which
-forget as fast as they wander.
+the key pictures (see `markerless`); those that explain the picture about as well as the best are
+all followed until the pictures leave one (see `hypothesis`). Vicente, Jamone, Bernardino 2016 keep
+wandering guesses, which forget as fast as they wander.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.parameters import free_joints
 from bodyschema.body.tree import Body
-from bodyschema.imagination.colours import ColourModel
 from bodyschema.imagination.surface import Surface
-from bodyschema.learning.images.markerless import Markerless, is_lost, learn_colours, noise_at
-from bodyschema.learning.images.rim_fit import (
-    Normal,
-    RimModel,
-    RimRows,
-    Sight,
-    design_effect,
-    without_bias,
-)
+from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.images.doubts import Doubts
+from bodyschema.learning.images.hypothesis import REACH, Hypothesis, Key, survivors, weights
+from bodyschema.learning.images.markerless import Markerless, learn_colours
+from bodyschema.learning.images.markerless_fit import is_lost
+from bodyschema.learning.images.resampling import effective_size
+from bodyschema.learning.images.rim_fit import RimModel
+from bodyschema.learning.images.rim_information import design_effect, without
 from bodyschema.senses.images import Images
 
 Array = NDArray[np.float64]
-
-REACH = (8.0, 4.0)
-"""pixels; while the hand is followed the outline is near."""
-
-
-@dataclass(frozen=True)
-class Key:
-    """A picture that is kept."""
-
-    seen: Images
-    rows: RimRows
-    """When it was last looked at."""
-    normal: Normal
-    z: Array
-    """(n,) then."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +45,8 @@ class TrackState:
     """What is known between two pictures."""
 
     model: RimModel
-    keys: tuple[Key, ...]
-    """The one that was looked at longest ago comes first."""
-    z: Array
-    """(n_joints + n_cameras,) offsets in rad, biases in pixels; empty before the first picture."""
-    colours: tuple[ColourModel, ...]
-    """Of each camera; empty with masks."""
+    hypotheses: tuple[Hypothesis, ...]
+    """The likeliest first; none before the first picture."""
     lost: bool
     """Whether the next picture starts from guesses."""
 
@@ -74,16 +55,28 @@ class TrackState:
 class TrackInfo:
     """What one picture brought."""
 
-    offsets: Array
-    """(n_joints,) rad."""
-    covariance: Array
-    """(n_joints, n_joints) rad^2."""
+    whole: Estimate
+    """Of the offsets, which come first, and of the turns of the cameras."""
+    n_joints: int
     matched: float
     """Share of the imagined contour that was found within 2 pixels."""
     lost: bool
     """Whether the picture does not show the body there; it has not been learned from then."""
-    effective_size: float = 1.0
-    """There is one hypothesis."""
+    effective_size: float
+    """How many equally likely hypotheses those that are left are worth."""
+    ambiguous: bool
+    """Whether more than one is left; the offsets are those of the likeliest, and the covariance
+    has its distance from the others in it."""
+
+    @property
+    def offsets(self) -> Array:
+        """(n_joints,) rad."""
+        return self.whole.x[: self.n_joints]
+
+    @property
+    def covariance(self) -> Array:
+        """(n_joints, n_joints) rad^2."""
+        return self.whole.covariance[: self.n_joints, : self.n_joints]
 
 
 @dataclass(frozen=True)
@@ -100,6 +93,8 @@ class ContourTracker:
     """Pictures that are kept."""
     apart: float = 0.03
     """rad; postures nearer than that to a key tell nothing new."""
+    doubts: Doubts = field(default_factory=Doubts)
+    """What cameras and meshes may have wrong."""
     seed: int = 0
     """The same seed gives the same answer."""
 
@@ -111,66 +106,81 @@ class ContourTracker:
             joints: whose offsets are unknown.
         """
         free = free_joints(body, ["offsets"], joints)
-        model = RimModel(self.surface, body, free.with_prior(np.full(len(free), self.prior)))
-        return TrackState(model, (), np.zeros(0), (), True)
+        free = free.with_prior(np.full(len(free), self.prior))
+        model = RimModel.of(self.surface, body, free, (), self.doubts)
+        return TrackState(model, (), True)
 
     def step(self, state: TrackState, seen: Images) -> tuple[TrackState, TrackInfo]:
         """The state after one more picture."""
         if state.lost:
             state = self._search(state, seen)
-        model, z, n = state.model, state.z, len(state.model.parameters)
-        sight, known = Sight.of(seen, state.colours), [key.normal for key in state.keys]
-        for reach in REACH:
-            rows = model.rows(sight, z, reach)
-            normal = model.normal(rows, z, noise_at(reach))
-            at, z = z, model.solve([*known, normal], len(z) - n)
-        matched = rows.matched / max(rows.length, 1.0)
-        lost = is_lost(matched, seen.masked)
-        if lost:
-            return replace(state, lost=True), self._info(state, rows, state.z, matched, True)
-        state = replace(state, z=z, keys=self._kept(state, Key(seen, rows, normal, at)))
-        return self._reviewed(state), self._info(state, rows, z, matched, False)
+        model, before = state.model, state.hypotheses
+        found = [Hypothesis.followed(model, one.z, one.keys, one.colours, seen) for one in before]
+        matched = max(one.matched for one in found)
+        if is_lost(matched, seen.masked):
+            return replace(state, lost=True), _info(model, before, matched, True)
+        alive = survivors([replace(one, keys=self._kept(one)) for one in found])
+        reviewed = tuple(_reviewed(model, one) for one in alive)
+        return replace(state, hypotheses=reviewed), _info(model, alive, alive[0].matched, False)
 
     def _search(self, state: TrackState, seen: Images) -> TrackState:
         """From guesses, by the key pictures and this one."""
-        frames = [*(key.seen for key in state.keys), seen]
+        model, old = state.model, state.hypotheses
+        if not old:
+            model = RimModel.of(self.surface, model.body, model.wanted, seen.cameras, self.doubts)
+        frames = [*(key.seen for key in old[0].keys), seen] if old else [seen]
+        found = []
         finder = Markerless(self.surface, seeds=self.seeds, seed=self.seed)
-        z = finder.start(state.model, frames)
-        colours = () if seen.masked else tuple(learn_colours(state.model, z, frames))
-        state = replace(state, z=z, colours=colours, lost=False)
-        return replace(state, keys=tuple(self._again(state, key) for key in state.keys))
+        for z in finder.guesses(model, frames):
+            colours = () if seen.masked else tuple(learn_colours(model, z, frames))
+            found.append(Hypothesis.followed(model, z, (), colours, seen))
+        likely = [
+            replace(
+                one,
+                keys=tuple(
+                    Key.look(model, one.z, one.colours, old_seen, REACH[-1])
+                    for old_seen in frames[:-1]
+                ),
+            )
+            for one in survivors(found)
+        ]
+        return TrackState(model, tuple(likely), False)
 
-    def _kept(self, state: TrackState, new: Key) -> tuple[Key, ...]:
-        """The keys with a new one, if its posture is."""
-        if not state.keys:
-            return (new,)
-        q = np.array([key.seen.q for key in (*state.keys, new)])
+    def _kept(self, one: Hypothesis) -> tuple[Key, ...]:
+        """The keys with the newest picture, if its posture is new."""
+        if not one.keys:
+            return (one.now,)
+        q = np.array([key.seen.q for key in (*one.keys, one.now)])
         away = np.linalg.norm(q[:, None] - q, axis=2) + np.diag(np.full(len(q), np.inf))
         if away[-1].min() < self.apart:
-            return state.keys
-        keys = [*state.keys, new]
+            return one.keys
+        keys = [*one.keys, one.now]
         if len(keys) > self.keys:
             keys.pop(int(np.argmin(away[:-1].min(axis=1))))
         return tuple(keys)
 
-    def _reviewed(self, state: TrackState) -> TrackState:
-        """The oldest look at a key is taken anew."""
-        first, *others = state.keys
-        return replace(state, keys=(*others, self._again(state, first)))
 
-    def _again(self, state: TrackState, key: Key) -> Key:
-        sight = Sight.of(key.seen, state.colours)
-        rows = state.model.rows(sight, state.z, REACH[-1])
-        normal = state.model.normal(rows, state.z, noise_at(REACH[-1]))
-        return Key(key.seen, rows, normal, state.z)
+def _reviewed(model: RimModel, one: Hypothesis) -> Hypothesis:
+    """The key that was looked at longest ago is looked at again."""
+    first, *others = one.keys
+    again = Key.look(model, one.z, one.colours, first.seen, REACH[-1])
+    return replace(one, keys=(*others, again))
 
-    def _info(
-        self, state: TrackState, rows: RimRows, z: Array, matched: float, lost: bool
-    ) -> TrackInfo:
-        """Covariance from the key pictures; of one of them alone before there are any."""
-        n = len(state.model.parameters)
-        told = [key.rows for key in state.keys] or [rows]
-        f = design_effect(told, z, n)
-        H = np.sum([r.H for r in told], axis=0) / f + np.diag(state.model.prior(len(z) - n))
-        P = np.linalg.inv(without_bias(H, n))
-        return TrackInfo(z[:n], (P + P.T) / 2, matched, lost)
+
+def _info(
+    model: RimModel, hypotheses: Sequence[Hypothesis], matched: float, lost: bool
+) -> TrackInfo:
+    """Of the likeliest, by its key pictures; by the newest alone before there are any."""
+    best, w, n = hypotheses[0], weights(hypotheses), len(model.parameters)
+    told = [key.rows for key in best.keys or (best.now,)]
+    H = np.sum([rows.H for rows in told], axis=0) / design_effect(told, model.scale, n)
+    said = without(H, model.scale, n)
+    whole = Estimate(model.body, model.parameters, best.z[:n], said)
+    if len(hypotheses) > 1:
+        away = np.array([one.z[:n] - best.z[:n] for one in hypotheses])
+        P = whole.covariance + away.T @ (w[:, None] * away)
+        prior = np.diag(model.parameters.prior_std**-2.0)
+        whole = replace(whole, data_information=np.linalg.inv(P) - prior)
+    return TrackInfo(
+        whole, len(model.wanted), matched, lost, effective_size(w), len(hypotheses) > 1
+    )

@@ -1,11 +1,13 @@
 """The pose of the hand in every picture, how sure it is, and whether that is the hand.
 
-With x the offsets and P their covariance from all key postures (see `markerless`), at reading q
+With x the offsets and the turns of the cameras and P their covariance from all key postures (see
+`markerless`), at reading q
 
     T_cam_hand = K(q; x),      cov = J_x P J_x^T,      J_x of the twist of the hand in the camera
 
 The picture itself is asked whether the outline is where K says: the share of the imagined contour
-that is found tells a hand that is hidden, out of view, or another thing.
+that is found, of all that shows and of the hand's own link, tells a hand that is hidden, out of
+view, or another thing.
 """
 
 from __future__ import annotations
@@ -18,8 +20,12 @@ from numpy.typing import NDArray
 
 from bodyschema.body.kinematics import relative_pose_derivatives
 from bodyschema.imagination.colours import ColourModel
-from bodyschema.learning.images.markerless import FINE_REACH, MarkerlessFit, is_lost, learn_colours
-from bodyschema.learning.images.rim_fit import RimModel, Sight
+from bodyschema.imagination.surface import carrier
+from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.images.markerless import FINE_REACH, learn_colours
+from bodyschema.learning.images.markerless_fit import MarkerlessFit, is_lost
+from bodyschema.learning.images.rim_fit import RimRows
+from bodyschema.learning.images.sight import Sight
 from bodyschema.senses.images import Images
 
 Array = NDArray[np.float64]
@@ -47,7 +53,6 @@ class HandPose:
 class HandTracker:
     """A fitted body, asked picture by picture."""
 
-    model: RimModel
     fit: MarkerlessFit
     hand: str
     """Frame whose pose is told."""
@@ -55,38 +60,46 @@ class HandTracker:
     """Of each camera; empty with masks."""
 
     @classmethod
-    def of(
-        cls, model: RimModel, fit: MarkerlessFit, frames: Sequence[Images], hand: str
-    ) -> HandTracker:
+    def of(cls, fit: MarkerlessFit, frames: Sequence[Images], hand: str) -> HandTracker:
         """From the fit and the pictures that it was made of.
 
         Raises:
             InputError: no such frame.
         """
-        model.body.frame_index(hand)
-        z = np.concatenate([fit.estimate.x, fit.bias])
-        return cls(model, fit, hand, () if frames[0].masked else learn_colours(model, z, frames))
+        fit.model.body.frame_index(hand)
+        masked = frames[0].masked
+        return cls(fit, hand, () if masked else learn_colours(fit.model, fit.z, frames))
 
     def look(self, seen: Images) -> HandPose:
         """The hand at one moment."""
-        estimate = self.fit.estimate
-        D = relative_pose_derivatives(
-            self.model.body,
-            self.model.parameters,
-            estimate.x,
-            seen.q,
-            seen.cameras[0].frame,
-            self.hand,
-        )
-        z = np.concatenate([estimate.x, self.fit.bias])
-        rows = self.model.rows(Sight.of(seen, self.colours), z, FINE_REACH[-1])
-        left = np.abs(rows.d - rows.J @ np.concatenate([0 * estimate.x, self.fit.bias]))
-        matched = rows.matched / max(rows.length, 1.0)
+        fit = self.fit
+        rows = fit.model.rows(Sight.of(seen, self.colours), fit.z, FINE_REACH[-1])
         return HandPose(
             seen.time,
-            D.pose,
-            D.by_parameter @ estimate.covariance @ D.by_parameter.T,
-            matched,
-            float(np.median(left)) if len(left) else np.inf,
-            is_lost(matched, seen.masked),
+            *hand_pose(fit.whole, seen.q, seen.cameras[0].frame, self.hand),
+            rows.matched,
+            float(np.median(np.abs(rows.left))) if len(rows.left) else np.inf,
+            is_lost(min(rows.matched, self._of_hand(rows)), seen.masked),
         )
+
+    def _of_hand(self, rows: RimRows) -> float:
+        """Share of the contour of the hand's own link that is found; 1 where it has no shape."""
+        surface = self.fit.model.surface
+        link = carrier(self.fit.model.body, self.hand)
+        if link not in surface.frames:
+            return 1.0
+        piece = surface.frames.index(link)
+        return float(rows.matches[piece] / max(rows.lengths[piece], 1.0))
+
+
+def hand_pose(estimate: Estimate, q: Array, eye: str, hand: str) -> tuple[Array, Array]:
+    """T_eye_hand (4, 4), and the covariance (6, 6) of its twist (m, rad) in the eye, at the hand.
+
+    Args:
+        estimate: of offsets and of the turns of cameras.
+        q: (n_joints,) encoder readings.
+        eye: frame of a camera.
+        hand: frame.
+    """
+    D = relative_pose_derivatives(estimate.reference, estimate.parameters, estimate.x, q, eye, hand)
+    return D.pose, D.by_parameter @ estimate.covariance @ D.by_parameter.T

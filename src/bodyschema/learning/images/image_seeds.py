@@ -32,6 +32,9 @@ Array = NDArray[np.float64]
 WIDTH = 320
 """pixels; the pictures of coarse guesses have no more columns."""
 
+NEAR = 0.25
+"""Of the distance between two guesses drawn from the prior; nearer ones are one guess."""
+
 
 def sobol_seeds(parameters: Parameters, n: int, seed: int) -> Array:
     """Guesses (n, n_parameters) from the prior; the first is zero.
@@ -73,30 +76,39 @@ def coarse_score(surface: Surface, seen: Images) -> Score:
 
 
 def scored(
-    surface: Surface,
-    body: Body,
-    parameters: Parameters,
-    guesses: Array,
-    frames: Sequence[Images],
-    threads: int = 1,
+    surface: Surface, bodies: Sequence[Body], frames: Sequence[Images], threads: int = 1
 ) -> Array:
     """Score of each guess over all pictures, (n,); the more the better.
 
     Args:
         surface: the visible body.
-        body: round which the parameters are charted.
-        parameters: what the columns of the guesses mean.
-        guesses: (n, n_parameters).
+        bodies: the guesses.
         frames: pictures of some postures.
         threads: how many work.
     """
-    bodies = [body.with_parameters(parameters, x) for x in guesses]
-    total = np.zeros(len(guesses))
+    total = np.zeros(len(bodies))
     for seen in frames:
-        poses = [piece_poses(b, seen.q, seen.cameras, surface.frames) for b in bodies]
+        poses = [piece_poses(body, seen.q, seen.cameras, surface.frames) for body in bodies]
         score = coarse_score(surface, seen)
         total += score.score(np.concatenate(poses), threads).sum(axis=1)
     return total
+
+
+def best_apart(x: Array, score: Array, n: int) -> list[int]:
+    """Rows of the best guesses, none near a better one: they would be refined to the same.
+
+    Args:
+        x: (n_guesses, n_parameters) in units of the prior.
+        score: (n_guesses,) the more the better.
+        n: at most how many.
+    """
+    least, kept = NEAR * np.sqrt(2 * x.shape[1]), list[int]()
+    for i in np.argsort(-score, kind="stable"):
+        if len(kept) == n:
+            break
+        if not kept or np.linalg.norm(x[kept] - x[i], axis=1).min() >= least:
+            kept.append(int(i))
+    return kept
 
 
 def spread_out(q: Array, n: int) -> list[int]:

@@ -3,7 +3,8 @@
     seeds     guesses from the prior, scored coarsely on a few postures (`image_seeds`)
     refine    the best of them by Gauss-Newton on contour correspondences (`rim_fit`), the radius
               of the search shrinking; that with the best score is kept
-    fit       the same on all postures in full resolution, with a bias for each camera
+    fit       the same on all postures in full resolution, and what cameras and meshes may have
+              wrong along with it (`doubts`)
               If too little of the contour fits, all again from twice as many other guesses.
     say       covariance, directions that are open, share of the contour that fits
 
@@ -18,7 +19,7 @@ turn, as the colours get better with the estimate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,19 +28,27 @@ from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.imagination.colours import ColourModel
-from bodyschema.imagination.contours import fit_contours, silhouette
-from bodyschema.imagination.observed import ObservedMask
+from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses
 from bodyschema.imagination.surface import Surface
 from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.identifiability import (
     RANDOM_POSTURES,
-    Identifiability,
     from_information,
     random_postures,
 )
-from bodyschema.learning.images.image_seeds import coarse, scored, sobol_seeds, spread_out
-from bodyschema.learning.images.rim_fit import RimModel, Sight, design_effect, without_bias
+from bodyschema.learning.images.doubts import Doubts
+from bodyschema.learning.images.image_seeds import (
+    best_apart,
+    coarse,
+    scored,
+    sobol_seeds,
+    spread_out,
+)
+from bodyschema.learning.images.markerless_fit import MarkerlessFit, overlap, wanted_of
+from bodyschema.learning.images.rim_fit import RimModel, noise_at
+from bodyschema.learning.images.rim_information import design_effect, without
+from bodyschema.learning.images.sight import Sight
 from bodyschema.senses.images import Images
 
 Array = NDArray[np.float64]
@@ -50,42 +59,12 @@ COARSE_REACH = (40.0, 40.0, 30.0, 20.0, 15.0, 10.0, 8.0, 6.0)
 FINE_REACH = (15.0, 10.0, 7.0, 5.0, 4.0, 4.0, 4.0, 4.0)
 """pixels, from the best guess in full resolution."""
 
-LEAST_NOISE = 0.3
-"""pixels, of a pixel of contour; more while the search is wide."""
-
-CORRELATED = 3.0
-"""pixels of contour that err together, at the least."""
-
 LEAST_SAID = 10.0
 """Information in units of the prior below which a direction is open. A shape is never quite right:
 a round flange seems to tell a little of its turn."""
 
-LOST, LOST_WITHOUT_MASKS = 0.6, 0.5
-"""Share of the contour that must fit."""
-
 ATTEMPTS = 3
 """Sets of guesses, each twice as many as the one before, until the body is found."""
-
-
-@dataclass(frozen=True)
-class MarkerlessFit:
-    """What pictures say of a body."""
-
-    estimate: Estimate
-    bias: Array
-    """(n_cameras,) pixels that the seen outline lies outward of the body's."""
-    matched: float
-    """Share of the imagined contour that was found within 2 pixels."""
-    residual: float
-    """Median distance of the found contour, pixels, without the bias."""
-    iou: float
-    """Mean overlap with the masks; nan without masks."""
-    identifiability: Identifiability
-
-    @property
-    def lost(self) -> bool:
-        """Whether the body is not where the estimate says, or something is before it."""
-        return is_lost(self.matched, not np.isnan(self.iou))
 
 
 @dataclass(frozen=True)
@@ -102,6 +81,8 @@ class Markerless:
     """How many of them are refined."""
     seed: int = 0
     """The same seed gives the same answer."""
+    doubts: Doubts = field(default_factory=Doubts)
+    """What cameras and meshes may have wrong."""
     threads: int = 1
     """How many compare pictures; the answer does not depend on it."""
 
@@ -117,7 +98,7 @@ class Markerless:
             InputError: there is no picture, or the postures have different cameras.
         """
         _check(frames)
-        model = RimModel(self.surface, body, parameters)
+        model = RimModel.of(self.surface, body, parameters, frames[0].cameras, self.doubts)
         answers: list[MarkerlessFit] = []
         while not answers or (answers[-1].lost and self.seeds and len(answers) < ATTEMPTS):
             again = 2 ** len(answers)
@@ -132,7 +113,7 @@ class Markerless:
 
     def fit_once(self, model: RimModel, frames: Sequence[Images]) -> MarkerlessFit:
         """From one set of guesses."""
-        z = self.start(model, frames) if self.seeds else np.zeros(_size(model, frames))
+        z = self.start(model, frames) if self.seeds else np.zeros(len(model.scale))
         sights = self._sights(model, z, frames)
         for reach in FINE_REACH:
             z = _refine(model, sights, z, (reach,))
@@ -141,22 +122,31 @@ class Markerless:
         return self._answer(model, sights, z, frames)
 
     def start(self, model: RimModel, frames: Sequence[Images]) -> Array:
-        """The best refined guess, (n_parameters + n_cameras,)."""
-        few = [
-            coarse(frames[i]) for i in spread_out(np.array([f.q for f in frames]), self.postures)
-        ]
-        body, free = model.body, model.parameters
+        """The refined guess with the best score, (size,)."""
+        few = self._few(frames)
+        z = np.array(self.guesses(model, frames))
+        bodies = [model.posed(guess) for guess in z]
+        return np.asarray(z[np.argmax(scored(self.surface, bodies, few, self.threads))])
+
+    def guesses(self, model: RimModel, frames: Sequence[Images]) -> list[Array]:
+        """The best of many guesses that differ, refined; each (size,)."""
+        few, free = self._few(frames), model.parameters
         x = sobol_seeds(free, self.seeds, self.seed)
-        best = np.argsort(-scored(self.surface, body, free, x, few, self.threads))[: self.refined]
+        bodies = [model.body.with_parameters(free, guess) for guess in x]
+        score, n = scored(self.surface, bodies, few, self.threads), len(model.wanted)
+        best = best_apart(x[:, :n] / free.scale[:n], score, self.refined)
         refined = []
         for guess in x[best]:
-            z = np.concatenate([guess, np.zeros(len(few[0].cameras))])
+            z = np.concatenate([guess, np.zeros(len(model.scale) - len(guess))])
             for half in (COARSE_REACH[:4], COARSE_REACH[4:]):
                 z = _refine(model, self._sights(model, z, few), z, half, 2)
             refined.append(z)
-        final = np.array(refined)
-        score = scored(self.surface, body, free, final[:, : len(free)], few, self.threads)
-        return np.asarray(final[np.argmax(score)])
+        return refined
+
+    def _few(self, frames: Sequence[Images]) -> list[Images]:
+        """Small pictures of postures that are far from each other."""
+        q = np.array([seen.q for seen in frames])
+        return [coarse(frames[i]) for i in spread_out(q, self.postures)]
 
     def _sights(self, model: RimModel, z: Array, frames: Sequence[Images]) -> list[Sight]:
         """Pictures ready to be searched; without masks, by the colours that z explains."""
@@ -168,68 +158,51 @@ class Markerless:
     def _answer(
         self, model: RimModel, sights: Sequence[Sight], z: Array, frames: Sequence[Images]
     ) -> MarkerlessFit:
-        n = len(model.parameters)
+        n, wanted = len(model.parameters), len(model.wanted)
         rows = [model.rows(sight, z, FINE_REACH[-1]) for sight in sights]
-        f = design_effect(rows, z, n)
+        f = design_effect(rows, model.scale, n)
         H = np.sum([r.H for r in rows], axis=0) / f
-        known = without_bias(H + np.diag(_bias_prior(model, len(z) - n)), n)
-        estimate = Estimate(model.body, model.parameters, z[:n], known)
-        left = np.concatenate([np.abs(r.d - r.J[:, n:] @ z[n:]) for r in rows])
-        length = sum(r.length for r in rows)
+        whole = Estimate(model.body, model.parameters, z[:n], without(H, model.scale, n))
+        left = np.concatenate([np.abs(r.left) for r in rows])
+        length = float(np.sum([r.lengths for r in rows]))
+        at_random = self._at_random(model, sights[0], z, f, len(sights))
         return MarkerlessFit(
-            estimate,
-            z[n:],
-            sum(r.matched for r in rows) / max(length, 1.0),
+            model,
+            z,
+            whole,
+            float(np.sum([r.matches for r in rows])) / max(length, 1.0),
             float(np.median(left)) if len(left) else np.inf,
             overlap(model, z, frames),
             from_information(
-                estimate, self._at_random(model, sights[0], z, f, len(sights)), LEAST_SAID
+                wanted_of(model, whole), without(at_random, model.scale, wanted), LEAST_SAID
             ),
         )
 
     def _at_random(self, model: RimModel, sight: Sight, z: Array, f: float, count: int) -> Array:
         """Information that as many pictures of random postures would bring."""
-        n = len(model.parameters)
-        body = model.body.with_parameters(model.parameters, z[:n])
-        total = np.diag(_bias_prior(model, len(z) - n))
-        for q in random_postures(body, RANDOM_POSTURES, np.random.default_rng(self.seed)):
-            total += model.imagined(sight.cameras, q, z) * count / RANDOM_POSTURES / f
-        return without_bias(total, n)
+        rng, H = np.random.default_rng(self.seed), np.zeros((len(z), len(z)))
+        for q in random_postures(model.posed(z), RANDOM_POSTURES, rng):
+            H += model.imagined(sight.cameras, q, z) * count / RANDOM_POSTURES / f
+        return H
 
 
 def learn_colours(model: RimModel, z: Array, frames: Sequence[Images]) -> list[ColourModel]:
-    """Colours of the body and of the rest in each camera, if z is right."""
-    body = model.body.with_parameters(model.parameters, z[: len(model.parameters)])
+    """Colours of the body and of the rest in each camera, if z is right.
+
+    Returns:
+        One for each camera; none if some camera would not see body and surroundings by z.
+    """
+    body = model.posed(z)
     learned = []
-    for c, camera in enumerate(frames[0].cameras):
+    for c, camera in enumerate(model.cameras(frames[0].cameras, z)):
         T = [piece_poses(body, seen.q, [camera], model.surface.frames)[0, 0] for seen in frames]
         inside = np.concatenate([silhouette(model.surface, pose, camera) for pose in T])
         images = np.concatenate([seen.pictures[c] for seen in frames])
-        learned.append(ColourModel.learn(images, inside))
+        try:
+            learned.append(ColourModel.learn(images, inside))
+        except InputError:  # a guess, or an arm that is lost, may stand anywhere
+            return []
     return learned
-
-
-def overlap(model: RimModel, z: Array, frames: Sequence[Images]) -> float:
-    """Mean Jaccard index over all pictures; nan without masks."""
-    if not frames[0].masked:
-        return float("nan")
-    body = model.body.with_parameters(model.parameters, z[: len(model.parameters)])
-    shares = []
-    for seen in frames:
-        T = piece_poses(body, seen.q, seen.cameras, model.surface.frames)
-        masks = [ObservedMask.of(picture) for picture in seen.pictures]
-        shares.append(fit_contours(model.surface, T, seen.cameras, masks, False).jaccard)
-    return float(np.mean(shares))
-
-
-def is_lost(matched: float, masked: bool) -> bool:
-    """Whether so small a share of the contour tells that the body is not there."""
-    return matched < (LOST if masked else LOST_WITHOUT_MASKS)
-
-
-def noise_at(reach: float) -> float:
-    """Pixels, of a pixel of contour that is looked for so far away."""
-    return float(max(LEAST_NOISE, reach / 10) * np.sqrt(CORRELATED))
 
 
 def _refine(
@@ -239,19 +212,8 @@ def _refine(
     for reach in reaches:
         noise = noise_at(reach)
         parts = [model.normal(model.rows(sight, z, reach, step), z, noise) for sight in sights]
-        z = model.solve(parts, len(z) - len(model.parameters))
+        z = model.solve(parts)
     return z
-
-
-def _bias_prior(model: RimModel, n_cameras: int) -> Array:
-    """Information of the prior of the biases alone, (n_parameters + n_cameras,)."""
-    prior = model.prior(n_cameras)
-    prior[: len(model.parameters)] = 0.0
-    return prior
-
-
-def _size(model: RimModel, frames: Sequence[Images]) -> int:
-    return len(model.parameters) + len(frames[0].cameras)
 
 
 def _check(frames: Sequence[Images]) -> None:

@@ -1,40 +1,35 @@
 """Rows of least squares from the outline of a body in pictures of several postures.
 
-For rim point i, found at the estimate x and looked for along its normal (see
-`imagination.correspondences` and `imagination.normal_search`), with c its camera,
+For rim point i, found at the estimate z = (x, y) and looked for along its normal (see
+`imagination.correspondences` and `imagination.normal_search`), x the parameters of the body and y
+what cameras and meshes may have wrong (see `doubts`),
 
-    r_i = d_i - J_i delta - b_c,        w_i = l_i (1 + (e_i / k)^2)^-2,   k = max(1, reach / 6)
+    r_i = d_i - J_i delta,        w_i = l_i (1 + (e_i / k)^2)^-2,   k = max(1, reach / 6)
 
-d_i pixels outward, b_c the bias of camera c (a mask or an edge that lies outward by so much all
-round the body), l_i the length of contour that the point stands for, e_i = d_i - b_c what is left
-of d_i, and w_i the weight of Geman and McClure. Pixels along a contour err together; so do all
-points of one piece in one picture when the mesh, the mask or the lens is wrong there. The sums of
-w r J over such groups g tell by how much the information of independent points is too large:
-
-    f = G / (G - 1) sum_g |H^-1/2 u_g|^2 / n,    u_g = sum_i in g w_i r_i J_i,  H = J^T W J
-
-for n unknowns and G groups: pieces in pictures, or whole postures, whichever gives more.
-J^T W J / f is the information of the data: f is the design effect of cluster sampling (Kish 1965;
-Liang and Zeger 1986, here as one factor), with the noise level in it.
+d_i pixels outward of the outline as drawn, l_i the length of contour that the point stands for, e_i
+what is left of d_i when the doubts that are not drawn are taken off, and w_i the weight of Geman
+and McClure. How much all rows together say: `rim_information`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.camera import Camera
-from bodyschema.body.parameters import Parameters
+from bodyschema.body.kernels import kernel
+from bodyschema.body.parameters import Parameters, join
 from bodyschema.body.tree import Body
-from bodyschema.imagination.colours import ColourModel
-from bodyschema.imagination.correspondences import Rim, find_rim, rim_slopes
-from bodyschema.imagination.normal_search import Gradient, Outline, search_edges, search_masks
+from bodyschema.imagination.correspondences import Rim, find_rim, outward_gain, rim_slopes
+from bodyschema.imagination.patches import Patches
 from bodyschema.imagination.poses import piece_poses
 from bodyschema.imagination.surface import Surface
-from bodyschema.senses.images import Images, Picture
+from bodyschema.learning.images.doubts import Doubts, corrected, drawn
+from bodyschema.learning.images.sight import Sight
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -42,48 +37,11 @@ Ints = NDArray[np.int64]
 MATCHED = 2.0
 """pixels; a rim point is matched when its outline was found within so much."""
 
-LEAST_EFFECT = 0.27
-"""pixels^2: 0.3 pixels that err together over 3 pixels of contour. Postures that are much alike
-agree better than that, and are wrong together."""
+LEAST_NOISE = 0.3
+"""pixels, of a pixel of contour; more while the search is wide."""
 
-BIAS_STD = 1.0
-"""pixels, prior of the bias of a camera."""
-
-
-@dataclass(frozen=True)
-class Sight:
-    """Pictures of one posture, ready to be searched."""
-
-    q: Array
-    """(n_joints,) encoder readings."""
-    cameras: tuple[Camera, ...]
-    masks: tuple[Picture, ...]
-    """Masks of the body; empty where there are none."""
-    slopes: tuple[Gradient, ...]
-    """Without masks: slopes of the images, or of the evidence of colour."""
-    polarity: float
-    """+1, -1 or 0, see `search_edges`."""
-
-    @classmethod
-    def of(cls, seen: Images, colours: Sequence[ColourModel] = ()) -> Sight:
-        """Prepare the pictures of one moment.
-
-        Args:
-            seen: masks or 8-bit images.
-            colours: of each camera; without them the edges of images are used as they are.
-        """
-        if seen.masked:
-            return cls(seen.q, seen.cameras, seen.pictures, (), 0.0)
-        if not colours:
-            return cls(seen.q, seen.cameras, (), tuple(map(Gradient.of, seen.pictures)), 0.0)
-        evidence = [m.evidence(p) for m, p in zip(colours, seen.pictures, strict=True)]
-        return cls(seen.q, seen.cameras, (), tuple(map(Gradient.of_evidence, evidence)), -1.0)
-
-    def search(self, rim: Rim, reach: float) -> Outline:
-        """Look for the outline within `reach` pixels."""
-        if self.masks:
-            return search_masks(rim, self.masks, reach)
-        return search_edges(rim, self.slopes, reach, self.polarity)
+CORRELATED = 3.0
+"""pixels of contour that err together, at the least."""
 
 
 @dataclass(frozen=True)
@@ -91,139 +49,180 @@ class RimRows:
     """The rim points of one posture whose outline was found."""
 
     J: Array
-    """(n, n_parameters + n_cameras) pixels per unit; the last columns are of the biases."""
+    """(n, size) pixels per unit of z."""
     d: Array
-    """(n,) pixels outward."""
+    """(n,) pixels outward of what is drawn."""
+    left: Array
+    """(n,) e, pixels."""
     weight: Array
     """(n,) w."""
     group: Ints
     """(n,) camera and piece."""
-    length: float
-    """pixels of contour that was looked for."""
-    matched: float
-    """pixels of it that were found within `MATCHED`."""
+    lengths: Array
+    """(n_pieces,) pixels of contour that was looked for."""
+    matches: Array
+    """(n_pieces,) pixels of it that were found within `MATCHED`."""
+    loss: float
+    """Mean of rho over it, pixels^2; see `hypothesis`."""
 
     @property
+    def matched(self) -> float:
+        """Share of the contour that was found within `MATCHED`; 0 where there is none."""
+        return float(self.matches.sum()) / max(float(self.lengths.sum()), 1.0)
+
+    @cached_property
     def H(self) -> Array:
         """J^T W J."""
-        return np.asarray(self.J.T @ (self.weight[:, None] * self.J))
+        H = np.zeros((self.J.shape[1], self.J.shape[1]))
+        gram(np.ascontiguousarray(self.J), self.weight, H)
+        return H
 
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal equations H z = g of one posture, z = (x, b)."""
+    """Normal equations H z = g of one posture."""
 
     H: Array
-    """(n, n)"""
+    """(size, size)"""
     g: Array
-    """(n,)"""
+    """(size,)"""
 
 
 @dataclass(frozen=True)
 class RimModel:
-    """What does not change while the parameters are fitted."""
+    """What does not change while z is fitted."""
 
     surface: Surface
     body: Body
     """Round which the parameters are charted."""
+    wanted: Parameters
+    """Those that were asked for."""
     parameters: Parameters
+    """Those, and the turns of cameras that are doubted."""
+    doubts: Doubts
+    patches: Patches
+    n_cameras: int
+
+    @classmethod
+    def of(
+        cls,
+        surface: Surface,
+        body: Body,
+        wanted: Parameters,
+        cameras: Sequence[Camera],
+        doubts: Doubts,
+    ) -> RimModel:
+        """For pictures of these cameras."""
+        parameters = join(wanted, doubts.turns(body, wanted, cameras))
+        patches = Patches.of(surface, doubts.patches if doubts.shape else 0)
+        return cls(surface, body, wanted, parameters, doubts, patches, len(cameras))
+
+    @cached_property
+    def scale(self) -> Array:
+        """Standard deviations of the prior of z, 1 where there is none; (size,)."""
+        doubted = self.doubts.std(self.n_cameras, len(self.patches))
+        return np.concatenate([self.parameters.scale, doubted])
+
+    @cached_property
+    def drawn(self) -> NDArray[np.bool_]:
+        """Which of z are drawn, (size,)."""
+        lens = drawn(self.n_cameras, len(self.patches))
+        return np.concatenate([np.ones(len(self.parameters), dtype=bool), lens])
+
+    def posed(self, z: Array) -> Body:
+        """The body by z."""
+        return self.body.with_parameters(self.parameters, z[: len(self.parameters)])
+
+    def cameras(self, given: Sequence[Camera], z: Array) -> tuple[Camera, ...]:
+        """The cameras by z."""
+        return corrected(given, z[len(self.parameters) :])
+
+    def outline(
+        self, given: Sequence[Camera], q: Array, z: Array, step: int = 1
+    ) -> tuple[Rim, Array]:
+        """The outline as drawn, and its slopes by z (n, size), pixels per unit."""
+        cameras = self.cameras(given, z)
+        T = piece_poses(self.posed(z), q, cameras, self.surface.frames)[0]
+        rim = find_rim(self.surface, T, cameras, step)
+        x = z[: len(self.parameters)]
+        slopes = rim_slopes(rim, self.surface, cameras, self.body, self.parameters, x, q)
+        gain = outward_gain(rim, T, cameras)
+        doubted = self.doubts.outward(rim, gain, cameras, self.patches)
+        return rim, np.hstack([slopes.by_parameter, doubted])
 
     def rows(self, sight: Sight, z: Array, reach: float, step: int = 1) -> RimRows:
-        """Rows at z = (x, b).
+        """Rows at z.
 
         Args:
             sight: of one posture.
-            z: (n_parameters + n_cameras,) deviations, then pixels.
+            z: (size,) deviations, then doubts.
             reach: pixels to either side.
             step: every how many rows and columns of the image.
         """
-        n = len(self.parameters)
-        x, bias = z[:n], z[n:]
-        posed = self.body.with_parameters(self.parameters, x)
-        T = piece_poses(posed, sight.q, sight.cameras, self.surface.frames)[0]
-        rim = find_rim(self.surface, T, sight.cameras, step)
-        slopes = rim_slopes(
-            rim, self.surface, sight.cameras, self.body, self.parameters, x, sight.q
-        )
+        rim, J = self.outline(sight.cameras, sight.q, z, step)
         seen = sight.search(rim, reach)
-        left = np.abs(seen.distance - bias[rim.camera])
+        left = seen.distance - J @ np.where(self.drawn, 0.0, z)
         k = max(1.0, reach / 6)
-        here = seen.found
-        own = np.eye(len(bias))[rim.camera]
+        here, n_pieces = seen.found, len(self.surface.frames)
+        matched = here & (np.abs(left) < MATCHED)
+        rho = np.where(here, left**2 / (1 + (left / MATCHED) ** 2), MATCHED**2)
         return RimRows(
-            np.hstack([slopes.by_parameter, own])[here],
+            J[here],
             seen.distance[here],
+            left[here],
             (rim.length * (1 + (left / k) ** 2) ** -2)[here],
-            (rim.camera * len(self.surface.frames) + rim.piece)[here],
-            float(rim.length.sum()),
-            float(rim.length[here & (left < MATCHED)].sum()),
+            (rim.camera * n_pieces + rim.piece)[here],
+            _by_piece(rim.piece, rim.length, n_pieces),
+            _by_piece(rim.piece[matched], rim.length[matched], n_pieces),
+            float(np.average(rho, weights=rim.length)) if len(rim) else MATCHED**2,
         )
 
     def imagined(self, cameras: Sequence[Camera], q: Array, z: Array) -> Array:
         """J^T L J of a posture whose whole contour is found, every fourth row and column."""
-        n = len(self.parameters)
-        posed = self.body.with_parameters(self.parameters, z[:n])
-        T = piece_poses(posed, q, cameras, self.surface.frames)[0]
-        rim = find_rim(self.surface, T, cameras, 4)
-        slopes = rim_slopes(rim, self.surface, cameras, self.body, self.parameters, z[:n], q)
-        J = np.hstack([slopes.by_parameter, np.eye(len(z) - n)[rim.camera]])
-        return np.asarray(J.T @ (rim.length[:, None] * J))
+        rim, J = self.outline(cameras, q, z, 4)
+        H = np.zeros((len(z), len(z)))
+        gram(J, rim.length, H)
+        return H
 
     def normal(self, rows: RimRows, z: Array, noise: float) -> Normal:
         """What the rows of one posture, found at z, say of the unknowns themselves."""
-        n = len(self.parameters)
-        y = rows.d + rows.J[:, :n] @ z[:n]
+        y = rows.d + rows.J @ np.where(self.drawn, z, 0.0)
         return Normal(rows.H / noise**2, rows.J.T @ (rows.weight * y) / noise**2)
 
-    def solve(self, parts: Sequence[Normal], n_cameras: int) -> Array:
-        """z (n_parameters + n_cameras,) that fits the parts and the prior best, within bounds.
-
-        Args:
-            parts: of all postures.
-            n_cameras: how many biases there are.
-        """
-        scale = self.scale(n_cameras)
-        H = np.sum([part.H for part in parts], axis=0) + np.diag(self.prior(n_cameras))
-        g = np.sum([part.g for part in parts], axis=0)
-        z = scale * np.linalg.solve(H * np.outer(scale, scale), g * scale)
-        bound = np.concatenate([self.parameters.bound, np.full(n_cameras, np.inf)])
+    def solve(self, parts: Sequence[Normal]) -> Array:
+        """z (size,) that fits the parts of all postures and the prior best, within bounds."""
+        known = np.isfinite(self.parameters.prior_std)
+        S = self.scale
+        prior = np.concatenate([known, np.ones(len(S) - len(known))])
+        H = np.sum([part.H for part in parts], axis=0) * np.outer(S, S) + np.diag(prior)
+        g = np.sum([part.g for part in parts], axis=0) * S
+        # What is taken at its word has S = 0: a row of the identity, and stays zero.
+        z = S * np.linalg.solve(H, g)
+        bound = np.concatenate([self.parameters.bound, np.full(len(S) - len(known), np.inf)])
         return np.clip(z, -bound, bound)
 
-    def prior(self, n_cameras: int) -> Array:
-        """Information of the prior, (n_parameters + n_cameras,)."""
-        return np.concatenate([self.parameters.prior_std, np.full(n_cameras, BIAS_STD)]) ** -2.0
 
-    def scale(self, n_cameras: int) -> Array:
-        """Units that make the unknowns comparable, (n_parameters + n_cameras,)."""
-        return np.concatenate([self.parameters.scale, np.full(n_cameras, BIAS_STD)])
+def _by_piece(piece: Ints, length: Array, n_pieces: int) -> Array:
+    """Sums of lengths, (n_pieces,)."""
+    return np.asarray(np.bincount(piece, length, n_pieces), dtype=np.float64)
 
 
-def design_effect(rows: Sequence[RimRows], z: Array, n_parameters: int) -> float:
-    """f, pixels^2: what J^T W J of all rows has to be divided by."""
-    b = np.concatenate([np.zeros(n_parameters), z[n_parameters:]])
-    pulls = [r.J * (r.weight * (r.d - r.J @ b))[:, None] for r in rows]
-    by_piece = [
-        pull[r.group == g].sum(axis=0)
-        for r, pull in zip(rows, pulls, strict=True)
-        for g in np.unique(r.group)
-    ]
-    values, vectors = np.linalg.eigh(np.sum([r.H for r in rows], axis=0))
-    told = values > 1e-9 * values[-1]
-    found = [LEAST_EFFECT]
-    for u in (by_piece, [pull.sum(axis=0) for pull in pulls]):
-        if len(u) > 1 and told.any():
-            white = (np.array(u) @ vectors[:, told]) / np.sqrt(values[told])
-            found.append(len(u) / (len(u) - 1) * float(np.sum(white**2)) / int(told.sum()))
-    return max(found)
+def noise_at(reach: float) -> float:
+    """Pixels, of a pixel of contour that is looked for so far away."""
+    return float(max(LEAST_NOISE, reach / 10) * np.sqrt(CORRELATED))
 
 
-def without_bias(information: Array, n_parameters: int) -> Array:
-    """Information of the parameters when the biases are not known either (Schur complement).
-
-    Args:
-        information: of both, the prior of the biases included.
-        n_parameters: how many rows come first.
-    """
-    A, B = information[:n_parameters, :n_parameters], information[:n_parameters, n_parameters:]
-    H = A - B @ np.linalg.solve(information[n_parameters:, n_parameters:], B.T)
-    return np.asarray((H + H.T) / 2)
+@kernel
+def gram(J: Array, weight: Array, H: Array) -> None:
+    """Add J^T W J to H (m, m); J (n, m) is mostly zero, a point lies on one patch in one camera."""
+    n, m = J.shape
+    there = np.empty(m, np.int64)
+    for i in range(n):
+        k = 0
+        for a in range(m):
+            there[k] = a
+            k += J[i, a] != 0
+        for a in there[:k]:
+            pull = weight[i] * J[i, a]
+            for b in there[:k]:
+                H[a, b] += pull * J[i, b]
