@@ -33,10 +33,13 @@ def run(arguments: Sequence[str]) -> int:
     from bodyschema.cli.calibrate import Calibrate
     from bodyschema.cli.check import Check
     from bodyschema.cli.export import Export
+    from bodyschema.cli.find_body import FindBody
+    from bodyschema.cli.payload import PayloadVerb
     from bodyschema.cli.plan import PlanPoses
     from bodyschema.cli.report import Report
     from bodyschema.cli.simulate import Simulate
     from bodyschema.cli.study import ListStudies, study_verb
+    from bodyschema.cli.touch import TouchVerb
     from bodyschema.cli.track import Track
 
     verbs = (
@@ -48,6 +51,9 @@ def run(arguments: Sequence[str]) -> int:
         | Annotated[Report, tyro.conf.subcommand("view")]
         | Annotated[Export, tyro.conf.subcommand("export")]
         | Annotated[Track, tyro.conf.subcommand("track")]
+        | Annotated[FindBody, tyro.conf.subcommand("find-body")]
+        | Annotated[PayloadVerb, tyro.conf.subcommand("payload")]
+        | Annotated[TouchVerb, tyro.conf.subcommand("touch")]
         | Annotated[ListStudies, tyro.conf.subcommand("study")]
     )
     try:

@@ -17,7 +17,7 @@ class Export:
     """Apply a calibration to a URDF: a newer version, one with meshes, the original."""
 
     result: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RESULT")]
-    """Folder that `calibrate` wrote."""
+    """Folder that `calibrate` or `track` wrote."""
     robot: Path
     """URDF or xacro with the joints that were calibrated."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("corrected.urdf")

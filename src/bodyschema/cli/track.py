@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import json
+import shlex
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 import tyro
 
-from bodyschema.atomic import check_new_folder, new_folder
+from bodyschema.errors import InputError
 
 if TYPE_CHECKING:
-    from bodyschema.cli.track_file import Album
-    from bodyschema.learning.images.hand_track import HandPose
-    from bodyschema.learning.images.markerless import MarkerlessFit
-    from bodyschema.learning.images.rim_fit import RimModel
+    from rich.console import Console
+
+    from bodyschema.cli.album import Album
+    from bodyschema.learning.images.hand_track import HandPose, HandTracker
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -29,9 +32,10 @@ class Track:
     """
 
     run_file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="TRACK.toml")]
-    """Robot, encoders, cameras and pictures."""
+    """Robot, encoders, cameras and pictures or videos."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("tracked")
-    """Folder for track.json and overlays; must not hold anything yet."""
+    """Folder for the corrected robot, track.json, report.html and overlays; must not hold anything
+    yet. The robot's own description is not touched."""
     keys: int = 20
     """Postures that the offsets are learned from, far from each other; all others are looked at."""
     seeds: int = 512
@@ -46,111 +50,88 @@ class Track:
     """Print one JSON object instead of text."""
 
     def run(self) -> int:
-        """Learn, look at every row, write; returns 1 when the body was not found."""
+        """Learn, look at every moment, write; returns 1 when the body was not found."""
         from rich.console import Console
-        from rich.progress import track
 
-        from bodyschema.cli.track_file import Album, read_track_file
+        from bodyschema.cli.album import Album
+        from bodyschema.cli.track_answer import describe, track_json
+        from bodyschema.cli.track_file import read_track_file
+        from bodyschema.cli.track_folder import TrackFolder
+        from bodyschema.cli.track_record import check_place, track_record
+        from bodyschema.export.tracked_files import Settled
+        from bodyschema.learning.images.image_seeds import spread_out
+
+        self._check()
+        notes = Console(stderr=True)
+        with notes.status("reading"):
+            album = Album.open(read_track_file(self.run_file))
+            check_place(self.out, self.overwrite, self.run_file, album)
+        keys = sorted(spread_out(album.q, self.keys))
+        tracker, poses, rate = self._track(album, keys, notes)
+        seen = np.flatnonzero([not pose.lost for pose in poses])
+        if 0 < len(seen) < len(poses) and not np.isin(keys, seen).all():
+            # Pictures that do not show the hand have been learned from: once more without them.
+            keys = sorted(seen[spread_out(album.q[seen], self.keys)].tolist())
+            tracker, poses, rate = self._track(album, keys, notes)
+        settled = Settled.of(tracker.fit)
+        found = track_json(settled, poses, album.numbers[:, 0].tolist())
+        with notes.status("writing"):
+            record = track_record(album, self.command())
+            folder = TrackFolder(album, settled, poses, keys, record)
+            shown = spread_out(album.q, self.overlays) if self.overlays else []
+            reported = folder.write(self.out, self.overwrite, found, sorted(shown), notes)
+        # Not in the file: the same run writes the same bytes.
+        answer = found | {"frames_per_second": rate}
+        print(json.dumps(answer) if self.json else describe(answer, self.out, reported))
+        return 1 if tracker.fit.lost else 0
+
+    def command(self) -> str:
+        """The command line that asks for this result, wherever it goes and whatever is printed."""
+        words = ["bodyschema", "track", str(self.run_file)]
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if entry.name in ("keys", "seeds", "seed", "overlays") and value != entry.default:
+                words += [f"--{entry.name}", str(value)]
+        return shlex.join(words)
+
+    def _check(self) -> None:
+        """Refuse counts that nothing can be done with."""
+        for name, least in (("keys", 1), ("seeds", 0), ("overlays", 0)):
+            if getattr(self, name) < least:
+                raise InputError(f"--{name} is {getattr(self, name)}; give {least} or more.")
+
+    def _track(
+        self, album: Album, keys: Sequence[int], notes: Console
+    ) -> tuple[HandTracker, list[HandPose], float]:
+        """The body from the key postures, the hand at every moment, and moments a second."""
         from bodyschema.imagination.surface import Surface
         from bodyschema.learning.images.hand_track import HandTracker
-        from bodyschema.learning.images.image_seeds import spread_out
         from bodyschema.learning.images.markerless import Markerless
-        from bodyschema.learning.images.rim_fit import RimModel
 
-        check_new_folder(self.out, self.overwrite)
-        album = Album.open(read_track_file(self.run_file))
-        surface = Surface.of(album.body, album.run.links or None, album.run.faces)
+        with notes.status(f"learning the offsets from {len(keys)} postures"):
+            surface = Surface.of(album.body, album.run.links or None, album.run.faces)
+            frames = list(album.seen(keys))
+            doubts = album.run.doubts.doubts
+            learner = Markerless(surface, seeds=self.seeds, seed=self.seed, doubts=doubts)
+            fit = learner.fit(album.body, album.parameters, frames)
+            tracker = HandTracker.of(fit, frames, album.run.hand)
         begin = time.perf_counter()
-        notes, free = Console(stderr=True), album.parameters
-        with notes.status("learning the offsets"):
-            key_frames = [album.seen(row) for row in spread_out(album.q, self.keys)]
-            learner = Markerless(surface, seeds=self.seeds, seed=self.seed)
-            fit = learner.fit(album.body, free, key_frames)
-        model = RimModel(surface, album.body, free)
-        tracker = HandTracker.of(model, fit, key_frames, album.run.hand)
-        rows = track(range(len(album)), "looking at every row", console=notes)
-        poses = [tracker.look(album.seen(row)) for row in rows]
-        seconds = time.perf_counter() - begin
-        answer = track_json(fit, poses, len(album) / seconds)
-        with new_folder(self.out, self.overwrite) as folder:
-            (folder / "track.json").write_text(json.dumps(answer, indent=1))
-            _draw(folder, album, model, fit, spread_out(album.q, self.overlays))
-        print(json.dumps(answer) if self.json else describe(answer, self.out))
-        return 1 if fit.lost else 0
+        seen = _watched(album.seen(range(len(album))), len(album), notes)
+        poses = [tracker.look(images) for images in seen]
+        return tracker, poses, len(poses) / (time.perf_counter() - begin)
 
 
-def track_json(
-    fit: MarkerlessFit, poses: Sequence[HandPose], frames_per_second: float
-) -> dict[str, Any]:
-    """The answer in plain types, SI."""
-    estimate = fit.estimate
-    return {
-        "lost": fit.lost,
-        "matched": fit.matched,
-        "residual_px": fit.residual if np.isfinite(fit.residual) else None,
-        "iou": fit.iou if np.isfinite(fit.iou) else None,
-        "bias_px": fit.bias.tolist(),
-        "parameters": {
-            name: {"value": float(value), "std": float(std), "unit": unit}
-            for name, value, std, unit in zip(
-                estimate.parameters.names,
-                estimate.x,
-                estimate.std,
-                estimate.parameters.units,
-                strict=True,
-            )
-        },
-        "not_identifiable": list(fit.identifiability.sentences),
-        "frames_per_second": frames_per_second,
-        "frames": [
-            {
-                "time": pose.time,
-                "T_camera_hand": pose.pose.tolist(),
-                "covariance": pose.covariance.tolist(),
-                "matched": pose.matched,
-                "lost": pose.lost,
-            }
-            for pose in poses
-        ],
-    }
+def _watched(items: Iterable[Item], total: int, notes: Console) -> Iterable[Item]:
+    """The items, with a bar that tells how many a second."""
+    from rich.progress import MofNCompleteColumn, Progress, ProgressColumn
+    from rich.text import Text
 
+    class Rate(ProgressColumn):
+        """Moments a second."""
 
-def describe(answer: dict[str, Any], out: Path) -> str:
-    """The answer in words."""
-    scale = {"rad": (180 / np.pi, "deg"), "m": (1e3, "mm"), "1": (100.0, "%")}
-    lines = []
-    for name, found in answer["parameters"].items():
-        factor, unit = scale[found["unit"]]
-        value, std = factor * found["value"], factor * found["std"]
-        lines.append(f"  {name:<28}{value:+9.3f} ± {std:.3f} {unit}")
-    lines += [f"Not told: {sentence}" for sentence in answer["not_identifiable"]]
-    frames = answer["frames"]
-    gone = sum(frame["lost"] for frame in frames)
-    head = "The body was not found in the pictures." if answer["lost"] else "Found:"
-    lines.append(
-        f"{100 * answer['matched']:.0f} % of the contour fits; the hand is lost in {gone} of "
-        f"{len(frames)} rows; {answer['frames_per_second']:.1f} rows a second."
-    )
-    lines.append(f"All numbers and overlays: {out}")
-    if answer["lost"]:
-        lines.append("Next: look at the overlays; check lens, camera and meshes, or free more.")
-    else:
-        lines.append("Next: look at the overlays; green should lie on the robot.")
-    return "\n".join([head, *lines])
+        def render(self, task: Any) -> Text:
+            return Text(f"{task.finished_speed or task.speed or 0.0:.1f} frames/s")
 
-
-def _draw(
-    folder: Path, album: Album, model: RimModel, fit: MarkerlessFit, rows: Sequence[int]
-) -> None:
-    """Outlines before and after over the first camera's pictures."""
-    from bodyschema.imagination.overlay import overlay, save_png
-    from bodyschema.imagination.poses import piece_poses
-
-    camera = album.cameras[0]
-    for row in rows:
-        poses = [
-            piece_poses(body, album.q[row], [camera], model.surface.frames)[0, 0]
-            for body in (album.body, fit.estimate.body)
-        ]
-        picture = overlay(album.images(row)[0], camera, model.surface, poses)
-        save_png(picture, folder / f"overlay_{row:04}.png")
+    columns = (*Progress.get_default_columns(), MofNCompleteColumn(), Rate())
+    with Progress(*columns, console=notes) as bar:
+        yield from bar.track(items, total=total, description="looking at every moment")

@@ -15,6 +15,13 @@
     joints = ["elbow"]                      # joints whose offset is wanted
     offset_deg = 8.0                        # how wrong they may be, one standard deviation
 
+    [doubts]                                # optional: what cameras and meshes may have wrong
+    focal_percent = 0.5                     # one standard deviation each; 0 for none
+    centre_px = 1.0
+    turn_deg = 0.1                          # of a camera that is known exactly
+    shape_mm = 0.3
+    edge_px = 1.0                           # how far out masks or edges lie all round the body
+
     [cameras.left]
     parent = "base"                         # frame, or the name of a camera named before
     xyz = [0.7, -0.9, 1.1]                  # m, optical centre in the parent
@@ -26,7 +33,16 @@
     lens = [534.6, 534.6, 478.1, 261.0]     # f_x, f_y, c_x, c_y
     distortion = []                         # as OpenCV has it
     images = "stereo/left_{row}.png"        # {row} counts from 0; {row:03} with leading zeros
+    video = "left.mp4"                      # instead of images
+    start = 12.5                            # optional, of a video; see below
     masks = "stereo/mask_left_{row}.png"    # optional: pictures that are not 0 on the robot
+
+Without `start`, row i of the recording belongs to picture or frame i, and a video must have as many
+frames as the recording has rows. With `start` a video is matched by time: a frame was taken at
+`start` plus its time stamp on the clock of the recording's column of times, and the joints are
+interpolated there, between two rows at most half a second apart. The moments are then the frames of
+the first camera; frames of the others must lie within half a frame of them. {row} of masks is the
+number of the frame.
 
 Paths are relative to the file. Leave out of `links` what does not move: an arm's round base says
 less of the camera's turn about it than it seems to.
@@ -34,25 +50,18 @@ less of the camera's turn about it than it seems to.
 
 from __future__ import annotations
 
+import math
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bodyschema import lie
 from bodyschema.body.camera import Camera
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.body.tree import Body
-from bodyschema.cli.loading import read_joints, read_robot
 from bodyschema.cli.run_file import JointColumns, entry_of
-from bodyschema.errors import InputError, MissingExtraError
-from bodyschema.recording.tables import open_recording
-from bodyschema.senses.images import Images, Picture
-
-Array = NDArray[np.float64]
+from bodyschema.errors import InputError
+from bodyschema.learning.images.doubts import Doubts
 
 
 @dataclass(frozen=True)
@@ -70,7 +79,9 @@ class CameraEntry:
     parent: str
     size: tuple[int, ...]
     lens: tuple[float, ...]
-    images: str
+    images: str = ""
+    video: str = ""
+    start: float | None = None
     masks: str = ""
     xyz: tuple[float, ...] = (0.0, 0.0, 0.0)
     rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
@@ -93,6 +104,28 @@ class CameraEntry:
 
 
 @dataclass(frozen=True)
+class DoubtEntry:
+    """How far cameras and meshes may be off, one standard deviation."""
+
+    edge_px: float = 1.0
+    focal_percent: float = 0.5
+    centre_px: float = 1.0
+    turn_deg: float = 0.1
+    shape_mm: float = 0.3
+
+    @property
+    def doubts(self) -> Doubts:
+        """In SI units."""
+        return Doubts(
+            edge=self.edge_px,
+            focal=self.focal_percent / 100,
+            centre=self.centre_px,
+            turn=float(np.deg2rad(self.turn_deg)),
+            shape=self.shape_mm / 1e3,
+        )
+
+
+@dataclass(frozen=True)
 class TrackFile:
     """A whole run, resolved."""
 
@@ -102,6 +135,7 @@ class TrackFile:
     free: FreeOffsets
     cameras: dict[str, CameraEntry]
     joints: JointColumns = field(default_factory=JointColumns)
+    doubts: DoubtEntry = field(default_factory=DoubtEntry)
     links: tuple[str, ...] = ()
     faces: int = 1500
     time: str | None = None
@@ -126,6 +160,7 @@ def read_track_file(path: Path) -> TrackFile:
     }
     if not cameras:
         raise InputError(f"{where} names no camera; add a section [cameras.NAME].")
+    _check_sources(cameras, where)
     named = [key for key in ("robot", "recording") if key in table]
     paths: dict[str, Any] = {key: str(here / table[key]) for key in named}
     entries: dict[str, Any] = {
@@ -133,88 +168,40 @@ def read_track_file(path: Path) -> TrackFile:
         **paths,
         "joints": entry_of(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
         "free": entry_of(FreeOffsets, table.get("free", {}), f"[free] of {where}"),
+        "doubts": entry_of(DoubtEntry, table.get("doubts", {}), f"[doubts] of {where}"),
         "cameras": cameras,
     }
     return entry_of(TrackFile, entries, where)
 
 
 def _absolute(here: Path, entry: dict[str, Any]) -> dict[str, Any]:
-    paths = {key: str(here / entry[key]) for key in ("images", "masks") if entry.get(key)}
-    return {**entry, **paths}
+    named = [key for key in ("images", "video", "masks") if entry.get(key)]
+    return {**entry, **{key: str(here / str(entry[key])) for key in named}}
 
 
-@dataclass(frozen=True)
-class Album:
-    """The pictures of a run; each is read when it is looked at."""
-
-    run: TrackFile
-    body: Body
-    """With the cameras."""
-    cameras: tuple[Camera, ...]
-    """Without distortion."""
-    q: Array
-    """(n_rows, n_joints)"""
-    time: Array
-    """(n_rows,) s"""
-
-    @classmethod
-    def open(cls, run: TrackFile) -> Album:
-        """Read robot and table."""
-        body = read_robot(Path(run.robot))
-        for name, entry in run.cameras.items():
-            T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
-            body = body.attach(name, entry.parent, T)
-        table = open_recording(run.recording)
-        lenses = [entry.camera(name) for name, entry in run.cameras.items()]
-        straight = tuple(Camera(c.name, c.frame, c.width, c.height, c.matrix) for c in lenses)
-        return cls(run, body, straight, read_joints(body, table, run.joints), table.time(run.time))
-
-    @property
-    def parameters(self) -> Parameters:
-        """What is wanted, with its prior."""
-        free = self.run.free
-        offsets = free_joints(self.body, ["offsets"], free.joints)
-        parts = [offsets.with_prior(np.full(len(offsets), np.deg2rad(free.offset_deg)))]
-        for name, entry in self.run.cameras.items():
-            if entry.known == "roughly":
-                turn = float(np.deg2rad(entry.turn_deg))
-                parts.append(free_frame(self.body, name, entry.position_m, turn))
-        return join(*parts)
-
-    def __len__(self) -> int:
-        return len(self.q)
-
-    def images(self, row: int) -> tuple[Picture, ...]:
-        """Pictures of a row, red, green, blue, straightened."""
-        return tuple(
-            entry.camera(name).undistort(_read(entry.images, row, True))
-            for name, entry in self.run.cameras.items()
-        )
-
-    def seen(self, row: int) -> Images:
-        """What is compared: masks if all cameras have them, otherwise the images."""
-        entries = self.run.cameras
-        if not all(entry.masks for entry in entries.values()):
-            return Images(float(self.time[row]), self.q[row], self.cameras, self.images(row))
-        masks = tuple(
-            entry.camera(name).undistort(_read(entry.masks, row, False) > 0)
-            for name, entry in entries.items()
-        )
-        return Images(float(self.time[row]), self.q[row], self.cameras, masks)
-
-
-def _read(pattern: str, row: int, colour: bool) -> NDArray[Any]:
-    try:
-        import cv2
-    except ImportError:
-        raise MissingExtraError("opencv-python-headless", "vision", "reading pictures") from None
-    try:
-        path = pattern.format(row=row)
-    except (KeyError, IndexError, ValueError):
+def _check_sources(cameras: dict[str, CameraEntry], where: str) -> None:
+    """Each camera has one source, and all are matched to the recording in one way."""
+    for name, entry in cameras.items():
+        if bool(entry.images) == bool(entry.video):
+            raise InputError(
+                f"camera '{name}' of {where} needs either images = \"left_{{row}}.png\" or "
+                'video = "left.mp4".'
+            )
+        if entry.start is not None and not entry.video:
+            raise InputError(
+                f"camera '{name}' of {where} has a start, and pictures have no clock; give it a "
+                "video, or leave start out to match all by row."
+            )
+        known = isinstance(entry.start, int | float) and math.isfinite(entry.start)
+        if entry.start is not None and not known:
+            raise InputError(
+                f"start of camera '{name}' of {where} is {entry.start!r}; give the time in s, on "
+                "the recording's clock, at which its video begins."
+            )
+    timed = {name: entry.start is not None for name, entry in cameras.items()}
+    if any(timed.values()) and not all(timed.values()):
+        without = next(name for name, has in timed.items() if not has)
         raise InputError(
-            f"'{pattern}' is no pattern; write {{row}} where the number goes."
-        ) from None
-    picture = cv2.imread(path, cv2.IMREAD_COLOR if colour else cv2.IMREAD_GRAYSCALE)
-    if picture is None:
-        raise InputError(f"no picture at '{path}'; the recording's row {row} needs it.")
-    return np.ascontiguousarray(picture[..., ::-1]) if colour else np.asarray(picture)
+            f"camera '{without}' of {where} has no start while others have; give every camera one, "
+            "or none."
+        )

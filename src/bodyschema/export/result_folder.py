@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,7 @@ def write_result(
             something already.
     """
     inputs = list(_inputs(source, run))
-    _refuse_inputs(folder, inputs)
+    refuse_inputs(folder, inputs)
     check_place(folder, overwrite)
     files = result_files(calibration, nominal, source, run.get("packages", {}))
     record = json.dumps(run_record(source, run), indent=2, ensure_ascii=False, allow_nan=False)
@@ -160,7 +160,12 @@ def _inputs(source: Path | None, run: Mapping[str, Any]) -> Iterator[Path]:
             seen.add(Path(value).resolve())
 
 
-def _refuse_inputs(folder: Path, inputs: list[Path]) -> None:
+def refuse_inputs(folder: Path, inputs: Sequence[Path]) -> None:
+    """Refuse a folder that holds an input or lies in one.
+
+    Raises:
+        InputError: it would touch what was read.
+    """
     target = folder.resolve()
     for path in inputs:
         read = path.resolve()

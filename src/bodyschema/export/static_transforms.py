@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -49,13 +50,26 @@ def transforms_document(calibration: Calibration, nominal: Body) -> dict[str, An
         calibration: the answer.
         nominal: as described, without the frames that were attached.
     """
-    body, parameters = calibration.body, calibration.estimate.parameters
+    frames, parameters = attached_frames(calibration, nominal), calibration.estimate.parameters
+    return {"transforms": placed_frames(calibration.body, parameters, frames)}
+
+
+def placed_frames(
+    body: Body, parameters: Parameters, frames: Sequence[str]
+) -> list[dict[str, Any]]:
+    """An entry of transforms.yaml for each of some frames of a body.
+
+    Args:
+        body: with the frames where they came to be.
+        parameters: what was free.
+        frames: their names.
+    """
     listed = []
-    for frame in attached_frames(calibration, nominal):
+    for frame in frames:
         k = body.frame_index(frame)
         turned = f"{frame}.turn_x" in parameters.names
         listed.append(_transform(body.frames[body.parent[k]], frame, body.placement[k], turned))
-    return {"transforms": listed}
+    return listed
 
 
 def _transform(parent: str, child: str, T_parent_child: Array, turned: bool) -> dict[str, Any]:

@@ -7,6 +7,8 @@ from itertools import groupby
 
 from bodyschema.export.calibration_yaml import OPEN
 from bodyschema.export.static_transforms import PREFIX
+from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.identifiability import Identifiability
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.report.units import SHOWN, listed, signed, significant, with_error
@@ -48,36 +50,48 @@ class ParameterTable:
 
     def render(self) -> str:
         """See `Section`."""
-        groups = self.evidence.calibration.estimate.parameters.groups
-        order = sorted(
-            range(len(groups)), key=lambda i: list(dict.fromkeys(groups)).index(groups[i])
-        )
-        parts = [
-            (_heading(group), [self._row(i) for i in members])
-            for group, members in groupby(order, key=lambda i: groups[i])
-        ]
-        return render("parameters.html", parts=parts, clear=f"{CLEAR:g}")
-
-    def _row(self, i: int) -> Row:
         calibration = self.evidence.calibration
-        estimate, known = calibration.estimate, calibration.identifiability
-        parameters = estimate.parameters
-        scale, unit = SHOWN[parameters.units[i]]
-        value, std = float(scale * estimate.x[i]), float(scale * estimate.std[i])
-        share = float(known.open_share[i])
-        determined = share <= OPEN
-        texts = with_error(value, std) if determined else (signed(value, 2), "")
-        partners = known.partners(parameters.names[i])
-        return Row(
-            name=parameters.names[i],
-            value=texts[0],
-            std=texts[1],
-            unit=unit,
-            prior=significant(float(scale * parameters.prior_std[i]), 2),
-            state="open" if not determined else "partly" if share > WHOLLY else "determined",
-            clear=determined and abs(value) > CLEAR * std,
-            partners=listed(partners, MOST_PARTNERS),
-        )
+        return parameter_html(calibration.estimate, calibration.identifiability)
+
+
+ONE_OF_MANY = "the files hold one of many equally good answers, the one nearest to the model"
+
+
+def parameter_html(estimate: Estimate, known: Identifiability, held: str = ONE_OF_MANY) -> str:
+    """The table of an estimate, group by group.
+
+    Args:
+        estimate: what was learned.
+        known: what the data determine of it.
+        held: what the files have of the rest.
+    """
+    groups = estimate.parameters.groups
+    order = sorted(range(len(groups)), key=lambda i: list(dict.fromkeys(groups)).index(groups[i]))
+    parts = [
+        (_heading(group), [_row(estimate, known, i) for i in members])
+        for group, members in groupby(order, key=lambda i: groups[i])
+    ]
+    return render("parameters.html", parts=parts, clear=f"{CLEAR:g}", held=held)
+
+
+def _row(estimate: Estimate, known: Identifiability, i: int) -> Row:
+    parameters = estimate.parameters
+    scale, unit = SHOWN[parameters.units[i]]
+    value, std = float(scale * estimate.x[i]), float(scale * estimate.std[i])
+    share = float(known.open_share[i])
+    determined = share <= OPEN
+    texts = with_error(value, std) if determined else (signed(value, 2), "")
+    partners = known.partners(parameters.names[i])
+    return Row(
+        name=parameters.names[i],
+        value=texts[0],
+        std=texts[1],
+        unit=unit,
+        prior=significant(float(scale * parameters.prior_std[i]), 2),
+        state="open" if not determined else "partly" if share > WHOLLY else "determined",
+        clear=determined and abs(value) > CLEAR * std,
+        partners=listed(partners, MOST_PARTNERS),
+    )
 
 
 def _heading(group: str) -> str:

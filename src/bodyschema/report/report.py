@@ -60,9 +60,18 @@ def report_html(
         Coverage(evidence),
     ]
     sections = [*findings, *more, Application(evidence), Reproduction(evidence)]
+    return page_html(f"Calibration of {calibration.body.name}", sections)
+
+
+def page_html(heading: str, sections: Sequence[Section]) -> str:
+    """A whole page of sections, in their order.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib is not installed.
+    """
     return render(
         "page.html",
-        robot=calibration.body.name,
+        heading=heading,
         version=versions()["bodyschema"],
         sections=[(anchor(s.title), s.title, s.render()) for s in sections],
     )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from bodyschema.export.documents import plain, versions
 from bodyschema.report.evidence import Evidence
@@ -22,15 +24,20 @@ class Reproduction:
 
     def render(self) -> str:
         """See `Section`."""
-        run = plain(self.evidence.run)
-        asked = {key: value for key, value in run.items() if key not in APART}
-        return render(
-            "reproduction.html",
-            command=run.get("command", ""),
-            asked="\n".join(f"{key}: {_line(value)}" for key, value in asked.items()),
-            versions=run.get("versions") or versions(),
-            hashes=run.get("sha256", {}),
-        )
+        return reproduction_html(self.evidence.run)
+
+
+def reproduction_html(run: Mapping[str, Any]) -> str:
+    """Of a run with its command, versions and hashes; see `export.result_folder.run_record`."""
+    known = plain(run)
+    asked = {key: value for key, value in known.items() if key not in APART}
+    return render(
+        "reproduction.html",
+        command=known.get("command", ""),
+        asked="\n".join(f"{key}: {_line(value)}" for key, value in asked.items()),
+        versions=known.get("versions") or versions(),
+        hashes=known.get("sha256", {}),
+    )
 
 
 def _line(value: object) -> str:

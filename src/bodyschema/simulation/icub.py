@@ -35,10 +35,12 @@ RIGHT_ARM = (
     "r_wrist_pitch",
     "r_wrist_yaw",
 )
+LEFT_ARM = tuple(name.replace("r_", "l_", 1) for name in RIGHT_ARM)
+"""With the same readings as the right arm it stands as in a mirror."""
 MOVED = (*TORSO, *NECK, *RIGHT_ARM)
 """The joints that a recording moves; all others stand still."""
 
-HEAD, HAND = "head", "r_hand"
+HEAD, HAND, LEFT_HAND = "head", "r_hand", "l_hand"
 LEFT_EYE, RIGHT_EYE = "left_eye", "right_eye"
 
 BASELINE = 0.068

@@ -31,6 +31,9 @@ Scene = Literal["plain", "cluttered"]
 SEEN_LINKS = ("r_hand", "r_wrist_1", "r_forearm")
 """What a mask shows, unless told otherwise."""
 
+LEFT_LINKS = ("l_hand", "l_wrist_1", "l_forearm")
+"""The same of the other arm."""
+
 NEAREST = 0.01
 """m; what is nearer to an eye is not drawn."""
 
@@ -58,7 +61,7 @@ class SeeingIcub:
             InputError: no such joint or link.
             MissingExtraError: MuJoCo, icub-models or trimesh is not installed.
         """
-        body = icub.bare_icub()
+        self._body = body = icub.bare_icub()
         self.joints = body.joints
         for name in offsets:
             if name not in body.joints:
@@ -69,9 +72,9 @@ class SeeingIcub:
         self._mujoco, self._model = _mujoco(), _model(scene)
         self._data: Any = self._mujoco.MjData(self._model)
         self._columns = [self._model.joint(name).qposadr[0] for name in body.joints]
-        bodies = [self._model.body(body.frames[body.frame_index(name)]).id for name in links]
-        self._shown = np.flatnonzero(np.isin(self._model.geom_bodyid, bodies))
+        self._shown = self._shapes(links)
         self._renderer: Any = None
+        self._drawn: dict[tuple[str, bool], NDArray[Any]] = {}
         self._frames = 0
         self.command(np.clip(np.zeros(len(body.joints)), body.lower, body.upper))
 
@@ -96,6 +99,7 @@ class SeeingIcub:
                 f"{self._low[j]:.3f} to {self._high[j]:.3f}; the robot did not move."
             )
         self._q = posture
+        self._drawn.clear()
         self._data.qpos[self._columns] = posture + self._offset
         self._mujoco.mj_kinematics(self._model, self._data)
         self._mujoco.mj_comPos(self._model, self._data)
@@ -109,10 +113,14 @@ class SeeingIcub:
         ]
         return np.asarray(lie.inverse(T[0]) @ T[1])
 
-    def look(self) -> Images:
-        """What both eyes see now; the time is the number of looks before."""
-        cameras = stereo_eyes()
-        pictures = tuple(self._picture(camera.frame) for camera in cameras)
+    def look(self, links: Sequence[str] | None = None) -> Images:
+        """What both eyes see now; the time is the number of looks before.
+
+        Args:
+            links: those that masks show this time; those that were named at first when None.
+        """
+        cameras, shown = stereo_eyes(), self._shown if links is None else self._shapes(links)
+        pictures = tuple(self._picture(camera.frame, shown) for camera in cameras)
         self._frames += 1
         return Images(float(self._frames - 1), self.read(), cameras, pictures)
 
@@ -123,20 +131,32 @@ class SeeingIcub:
         other = robot & ~np.isin(ids, self._shown)
         return float(other.sum() / max(int(robot.sum()), 1))
 
-    def _picture(self, eye: str) -> Picture:
+    def _shapes(self, links: Sequence[str]) -> NDArray[np.int64]:
+        """Numbers of the shapes of some links."""
+        frames = [self._body.frames[self._body.frame_index(name)] for name in links]
+        bodies = [self._model.body(frame).id for frame in frames]
+        return np.flatnonzero(np.isin(self._model.geom_bodyid, bodies))
+
+    def _picture(self, eye: str, shown: NDArray[np.int64]) -> Picture:
         if self._scene == "plain":
-            return np.isin(self._geoms(eye), self._shown)
-        renderer = self._drawing()
-        renderer.disable_segmentation_rendering()
-        renderer.update_scene(self._data, camera=eye)
-        return np.asarray(renderer.render()).copy()
+            return np.isin(self._geoms(eye), shown)
+        return self._image(eye, False).copy()
 
     def _geoms(self, eye: str) -> NDArray[np.int32]:
         """Number of the shape in each pixel, -1 for none, (height, width)."""
-        renderer = self._drawing()
-        renderer.enable_segmentation_rendering()
-        renderer.update_scene(self._data, camera=eye)
-        return np.asarray(renderer.render()[..., 0])
+        return np.asarray(self._image(eye, True)[..., 0])
+
+    def _image(self, eye: str, segmented: bool) -> NDArray[Any]:
+        """What an eye sees in this posture; drawn once, however many links are asked for."""
+        if (eye, segmented) not in self._drawn:
+            renderer = self._drawing()
+            if segmented:
+                renderer.enable_segmentation_rendering()
+            else:
+                renderer.disable_segmentation_rendering()
+            renderer.update_scene(self._data, camera=eye)
+            self._drawn[eye, segmented] = np.asarray(renderer.render()).copy()
+        return self._drawn[eye, segmented]
 
     def _drawing(self) -> Any:
         """The renderer, made at the first look: a robot that only moves needs no graphics."""

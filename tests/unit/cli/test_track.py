@@ -10,58 +10,23 @@ import pytest
 
 import bodyschema as bs
 from bodyschema.cli import run
+from bodyschema.cli.track_answer import describe
 from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses
+from small_arm import CAMERA, POSTURES, TRACK, WRONG, write_arm
 
 cv2 = pytest.importorskip("cv2")
 pytest.importorskip("trimesh")
-
-LINK = """<link name="{name}"><visual><origin xyz="0 0 {z}"/>
-<geometry><box size="{size}"/></geometry></visual></link>"""
-JOINT = """<joint name="{name}" type="revolute"><parent link="{up}"/><child link="{down}"/>
-<origin xyz="0 0 {z}"/><axis xyz="{axis}"/><limit lower="-2" upper="2" effort="1" velocity="1"/>
-</joint>"""
-ROBOT = "\n".join(
-    [
-        '<robot name="boxes"><link name="base"/>',
-        LINK.format(name="upper", z=0.15, size="0.06 0.09 0.3"),
-        LINK.format(name="fore", z=0.1, size="0.05 0.03 0.2"),
-        JOINT.format(name="lift", up="base", down="upper", z=0, axis="0 1 0"),
-        JOINT.format(name="bend", up="upper", down="fore", z=0.3, axis="0 1 0"),
-        "</robot>",
-    ]
-)
-TRACK = """
-robot = "arm.urdf"
-recording = "joints.csv"
-hand = "fore"
-[free]
-joints = ["lift", "bend"]
-[cameras.eye]
-parent = "base"
-xyz = [0.0, 1.2, 0.2]
-rpy = [1.5707963267948966, 0.0, 0.0]
-size = [320, 240]
-lens = [300.0, 300.0, 159.5, 119.5]
-images = "image_{row:03}.png"
-masks = "mask_{row:03}.png"
-"""
-WRONG = np.deg2rad([4, -6])
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A robot, its encoders, which are wrong, and what a camera saw."""
-    (tmp_path / "arm.urdf").write_text(ROBOT)
+    body, camera, q = write_arm(tmp_path), CAMERA, POSTURES
     (tmp_path / "track.toml").write_text(TRACK)
-    q = np.array([[-0.5, 0.9], [0.1, 0.5], [0.6, -1.0], [0.3, 1.2]])
     rows = "\n".join(f"{a},{b}" for a, b in q)
     (tmp_path / "joints.csv").write_text(f"lift,bend\n{rows}\n")
-    body = bs.Body.from_urdf(tmp_path / "arm.urdf")
-    T = np.array([[1, 0, 0, 0], [0, 0, -1, 1.2], [0, 1, 0, 0.2], [0, 0, 0, 1.0]])
-    body = body.attach("eye", "base", T)
-    K = np.array([[300, 0, 159.5], [0, 300, 119.5], [0, 0, 1.0]])
-    camera, surface = bs.Camera("eye", "eye", 320, 240, K), bs.Surface.of(body)
+    surface = bs.Surface.of(body)
     for i, pose in enumerate(piece_poses(body, q + WRONG, [camera], surface.frames)[:, 0]):
         mask = silhouette(surface, pose, camera).astype(np.uint8) * 255
         cv2.imwrite(str(tmp_path / f"mask_{i:03}.png"), mask)
@@ -80,6 +45,7 @@ def test_offsets_and_poses_are_written(
     command = ["track", str(folder / "track.toml"), "--out", str(out), "--seeds", "64"]
     assert run([*command, "--overlays", "1", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
+    assert answer.pop("frames_per_second") > 0
     assert answer == json.loads((out / "track.json").read_text())
     found = [answer["parameters"][f"{name}.offset"] for name in ("lift", "bend")]
     np.testing.assert_allclose([f["value"] for f in found], WRONG, atol=np.deg2rad(0.3))
@@ -99,6 +65,13 @@ def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFi
     said = capsys.readouterr().out
     assert "not found in the pictures" in said
     assert "lost in 4 of 4 rows" in said
+    assert "Nothing was corrected" in said
+    page = (folder / "out" / "report.html").read_text()
+    assert "Not found" in page
+    assert "there is nothing to apply" in page
+    assert not list((folder / "out").glob("*.urdf"))
+    assert run(["export", str(folder / "out"), "--robot", str(folder / "arm.urdf")]) == 2
+    assert "there is nothing to export" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -122,3 +95,28 @@ def test_what_cannot_be_read_is_told(
     command = ["track", str(folder / "track.toml"), "--out", str(folder / "out"), "--seeds", "0"]
     assert run(command) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_hand_that_never_shows_is_told_apart_from_a_body_that_is_not_there() -> None:
+    frame = {"lost": True}
+    answer = {"lost": False, "parameters": {}, "not_identifiable": [], "matched": 0.7,
+              "frames": [frame, frame], "frames_per_second": 3.0}  # fmt: skip
+    assert "is something on it?" in describe(answer, Path("out"), True)
+    assert "is something on it?" not in describe(answer | {"lost": True}, Path("out"), True)
+    assert "report.html" not in describe(answer, Path("out"), False)
+
+
+def test_who_takes_lens_and_meshes_at_their_word_is_surer(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["track", str(folder / "track.toml"), "--seeds", "0", "--overlays", "0", "--json"]
+    spread = []
+    for section in ("", "[doubts]\nfocal_percent = 0\ncentre_px = 0\nturn_deg = 0\nshape_mm = 0\n"):
+        (folder / "track.toml").write_text(TRACK + section)
+        assert run([*command, "--out", str(folder / f"out_{len(spread)}")]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        spread.append(np.trace(np.array(answer["frames"][0]["covariance"])[:3, :3]))
+    assert spread[1] < spread[0] / 4
+    (folder / "track.toml").write_text(TRACK + "[doubts]\nfocal_percent = -1\n")
+    assert run([*command, "--out", str(folder / "out")]) == 2
+    assert "standard deviation, 0 or more" in capsys.readouterr().err

@@ -12,7 +12,7 @@ from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses
 from bodyschema.imagination.surface import Surface
 from bodyschema.simulation import icub
-from bodyschema.simulation.seeing_icub import SEEN_LINKS, SeeingIcub, stereo_eyes
+from bodyschema.simulation.seeing_icub import LEFT_LINKS, SEEN_LINKS, SeeingIcub, stereo_eyes
 from imagined_hand import BETA, posture, shifted
 
 pytest.importorskip("mujoco")
@@ -48,6 +48,22 @@ def test_its_masks_are_those_of_the_other_renderer() -> None:
             own = silhouette(surface, T, camera)
             assert picture.sum() > 3000
             assert np.count_nonzero(own != picture) <= 0.001 * picture.sum()
+
+
+def test_masks_tell_one_arm_from_the_other() -> None:
+    both = SeeingIcub(OFFSETS, links=[*SEEN_LINKS, *LEFT_LINKS])
+    q = posture()
+    for right, left in zip(icub.RIGHT_ARM, icub.LEFT_ARM, strict=True):
+        q[both.joints.index(left)] = q[both.joints.index(right)]
+    q[both.joints.index("neck_yaw")] = 0.0
+    both.command(q)
+    looks = [both.look(links).pictures for links in (SEEN_LINKS, LEFT_LINKS, None)]
+    for right, left, whole in zip(*looks, strict=True):
+        assert min(right.sum(), left.sum()) > 1000
+        assert not (right & left).any()
+        np.testing.assert_array_equal(right | left, whole)
+    both.command(posture())
+    assert (both.look().pictures[0] != looks[2][0]).any()
 
 
 def test_before_clutter_it_sees_colours_and_edges_that_are_not_its_own() -> None:

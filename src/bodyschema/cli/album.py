@@ -1,0 +1,228 @@
+"""The pictures of a track file, joined with the readings of the encoders moment by moment.
+
+The rule of the join is in `track_file`. Pictures are read when they are looked at, in order, and
+never held: a video is decoded once for every call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema import lie
+from bodyschema.body.camera import Camera
+from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
+from bodyschema.body.tree import Body
+from bodyschema.cli.loading import read_joints, read_robot
+from bodyschema.cli.track_file import CameraEntry, TrackFile
+from bodyschema.errors import InputError
+from bodyschema.recording.joint_track import LONGEST_GAP, JointTrack
+from bodyschema.recording.recording import TIME_COLUMNS, Recording
+from bodyschema.recording.tables import open_recording
+from bodyschema.recording.video import Video, read_picture
+from bodyschema.senses.images import Images, Picture
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Album:
+    """Moments at which the cameras saw and the encoders were read."""
+
+    run: TrackFile
+    nominal: Body
+    """As described."""
+    body: Body
+    """With the cameras."""
+    lenses: tuple[Camera, ...]
+    """With distortion, as the pictures are stored."""
+    videos: tuple[Video | None, ...]
+    """None where a camera has pictures."""
+    numbers: Ints
+    """(n_moments, n_cameras) of the pictures or frames."""
+    q: Array
+    """(n_moments, n_joints) rad and m."""
+    time: Array
+    """(n_moments,) s on the recording's clock."""
+
+    @classmethod
+    def open(cls, run: TrackFile) -> Album:
+        """Read robot and table, and look what pictures there are.
+
+        Raises:
+            InputError: anything that cannot be used, in one sentence.
+        """
+        nominal = body = read_robot(Path(run.robot))
+        for name, entry in run.cameras.items():
+            T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
+            body = body.attach(name, entry.parent, T)
+        body.frame_index(run.hand)
+        table = open_recording(run.recording)
+        lenses = tuple(entry.camera(name) for name, entry in run.cameras.items())
+        entries = run.cameras.values()
+        videos = tuple(Video.open(entry.video) if entry.video else None for entry in entries)
+        for lens, video in zip(lenses, videos, strict=True):
+            _check_size(lens, video)
+        q, time = read_joints(body, table, run.joints), table.time(run.time)
+        if any(entry.start is not None for entry in entries):
+            _require_clock(table, run.time)
+            starts = [float(entry.start or 0) for entry in entries]
+            clocks = [
+                start + video.times() for start, video in zip(starts, videos, strict=True) if video
+            ]
+            numbers, q, time = _by_time(JointTrack(table.source, body.joints, time, q), clocks)
+        else:
+            numbers = _by_row(table, videos)
+        return cls(run, nominal, body, lenses, videos, numbers, q, time)
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def cameras(self) -> tuple[Camera, ...]:
+        """Without distortion, as the pictures are given."""
+        return tuple(
+            Camera(c.name, c.frame, c.width, c.height, c.matrix, np.zeros(0)) for c in self.lenses
+        )
+
+    @property
+    def parameters(self) -> Parameters:
+        """What is wanted, with its prior."""
+        free = self.run.free
+        offsets = free_joints(self.body, ["offsets"], free.joints)
+        parts = [offsets.with_prior(np.full(len(offsets), np.deg2rad(free.offset_deg)))]
+        for name, entry in self.run.cameras.items():
+            if entry.known == "roughly":
+                turn = float(np.deg2rad(entry.turn_deg))
+                parts.append(free_frame(self.body, name, entry.position_m, turn))
+        return join(*parts)
+
+    def pictures(self, moments: Sequence[int]) -> Iterator[tuple[Picture, ...]]:
+        """What each camera saw: red, green, blue, straightened.
+
+        Args:
+            moments: in order, none twice.
+        """
+        streams = [self._stream(c, moments) for c in range(len(self.lenses))]
+        return zip(*streams, strict=True)
+
+    def seen(self, moments: Sequence[int]) -> Iterator[Images]:
+        """What is compared: masks if all cameras have them, otherwise the pictures."""
+        entries, cameras = list(self.run.cameras.values()), self.cameras
+        if not all(entry.masks for entry in entries):
+            found = self.pictures(moments)
+        else:
+            found = (
+                tuple(self._mask(c, entry, m) for c, entry in enumerate(entries)) for m in moments
+            )
+        for moment, pictures in zip(moments, found, strict=True):
+            yield Images(float(self.time[moment]), self.q[moment], cameras, pictures)
+
+    def _stream(self, c: int, moments: Sequence[int]) -> Iterator[Picture]:
+        """The pictures of one camera."""
+        numbers, video = self.numbers[list(moments), c], self.videos[c]
+        if video is None:
+            pattern = list(self.run.cameras.values())[c].images
+            for number in numbers:
+                yield self.lenses[c].undistort(read_picture(picture_path(pattern, number)))
+            return
+        frames, frame = video.frames(frozenset(numbers.tolist())), None
+        for number in numbers:
+            while frame is None or frame.index < number:
+                frame = next(frames, None)
+                if frame is None:
+                    raise InputError(f"'{video.source}' has no frame {number}; it ends before.")
+            yield self.lenses[c].undistort(frame.image)
+
+    def _mask(self, c: int, entry: CameraEntry, moment: int) -> Picture:
+        path = picture_path(entry.masks, self.numbers[moment, c])
+        return self.lenses[c].undistort(np.asarray(read_picture(path).any(axis=2)))
+
+
+def _by_row(table: Recording, videos: Sequence[Video | None]) -> Ints:
+    """Picture i of every camera belongs to row i."""
+    for video in videos:
+        if video is None or video.count == len(table):
+            continue
+        # Not all frames of a video that was trimmed are shown: its stamps know better.
+        count = video.count if video.files else len(video.times())
+        if count != len(table):
+            raise InputError(
+                f"'{video.source}' has {count} frames and {table.source} {len(table)} rows; for "
+                "every frame a row is expected. Give the camera a start to match them by time."
+            )
+    return np.tile(np.arange(len(table))[:, None], (1, len(videos)))
+
+
+def _by_time(track: JointTrack, clocks: Sequence[Array]) -> tuple[Ints, Array, Array]:
+    """Frames, readings and times of the moments at which everything is known.
+
+    Args:
+        track: the readings.
+        clocks: times of the frames of each camera on the recording's clock, s.
+    """
+    q = np.array([track.at(time) for time in clocks[0]])
+    good = np.isfinite(q).all(axis=1)
+    if not good.any():
+        raise InputError(
+            f"no frame was taken between two rows of {track.source} at most {LONGEST_GAP:g} s "
+            f"apart: the frames are from {clocks[0][0]:.3f} s to {clocks[0][-1]:.3f} s, the rows "
+            f"from {track.time[0]:.3f} s to {track.time[-1]:.3f} s; check start."
+        )
+    nearest = [_nearest(clock, clocks[0]) for clock in clocks]
+    for clock, at in zip(clocks, nearest, strict=True):
+        good &= np.abs(clock[at] - clocks[0]) <= _half_frame(clock)
+    if not good.any():
+        raise InputError(
+            "no frames of all cameras were taken within half a frame of each other; check start."
+        )
+    return np.column_stack(nearest)[good], q[good], clocks[0][good]
+
+
+def _half_frame(clock: Array) -> float:
+    """s; a little more, as stamps are rounded."""
+    return 0.51 * float(np.median(np.diff(clock))) if len(clock) > 1 else 0.0
+
+
+def _nearest(clock: Array, times: Array) -> Ints:
+    """Number of the frame nearest to each time."""
+    after = np.clip(np.searchsorted(clock, times), 1, max(len(clock) - 1, 1))
+    if len(clock) == 1:
+        return np.zeros(len(times), dtype=np.int64)
+    return np.asarray(after - (times - clock[after - 1] < clock[after] - times), dtype=np.int64)
+
+
+def _require_clock(table: Recording, column: str | None) -> None:
+    if column == "" or (column is None and not set(TIME_COLUMNS) & {*table.columns, *table.texts}):
+        raise InputError(
+            f"start matches frames by time, and {table.source} has no column "
+            f'{", ".join(TIME_COLUMNS)}; name it: time = "COLUMN".'
+        )
+
+
+def _check_size(lens: Camera, video: Video | None) -> None:
+    if video is not None and (video.width, video.height) != (lens.width, lens.height):
+        raise InputError(
+            f"camera '{lens.name}' has size = [{lens.width}, {lens.height}] and "
+            f"'{video.source}' is {video.width} by {video.height} pixels; give the size and lens "
+            "of the video."
+        )
+
+
+def picture_path(pattern: str, number: int) -> Path:
+    """The file of one picture.
+
+    Raises:
+        InputError: the pattern has other names than {row} in it.
+    """
+    try:
+        return Path(pattern.format(row=int(number)))
+    except (KeyError, IndexError, ValueError):
+        raise InputError(
+            f"'{pattern}' is no pattern; write {{row}} where the number goes."
+        ) from None

@@ -1,0 +1,38 @@
+"""What the stated uncertainty counts, what it does not, and what speaks for or against it here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bodyschema.report.page import render
+from bodyschema.report.tracking.evidence import TrackEvidence
+
+
+@dataclass(frozen=True)
+class Trust:
+    """Reasons, and the numbers of each camera."""
+
+    evidence: TrackEvidence
+    title: str = "How far to trust it"
+
+    def render(self) -> str:
+        """See `Section`."""
+        fit = self.evidence.settled.fit
+        doubts = fit.model.doubts
+        return render(
+            "tracking/trust.html",
+            focal=f"{100 * doubts.focal:g} %",
+            centre=f"{doubts.centre:g} pixel{'s' * (doubts.centre != 1)}",
+            turn=f"{np.rad2deg(doubts.turn):.2g} deg",
+            shape=f"{1e3 * doubts.shape:g} mm",
+            edge=f"{doubts.edge:g} pixel{'s' * (doubts.edge != 1)}",
+            matched=f"{100 * fit.matched:.0f} %",
+            residual=f"{fit.residual:.2f}" if np.isfinite(fit.residual) else "",
+            iou=f"{fit.iou:.3f}" if np.isfinite(fit.iou) else "",
+            biases=[
+                (camera, f"{bias:+.2f}")
+                for camera, bias in zip(self.evidence.cameras, fit.bias, strict=True)
+            ],
+        )
