@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bodyschema.learning.hand_eye.chart import HandEye, from_transform
+from bodyschema.learning.hand_eye.chart import CameraAndPoints, from_transform
 from bodyschema.learning.hand_eye.points import HandEyePoints
 from bodyschema.simulation.katana import Noise, Scene, Stream, draw_scene, stereo, stream
 
@@ -17,12 +17,12 @@ def seen(seed: int, seconds: float, noise: float = 0.5, points: int = 1, speed: 
     return scene, stream(scene, seconds, stereo(noise), rng, speed, wrong)
 
 
-def truth(scene: Scene) -> HandEye:
+def truth(scene: Scene) -> CameraAndPoints:
     """The unknowns of a scene."""
     return from_transform(scene.T_world_cam, scene.points)
 
 
-def errors(theta: HandEye, scene: Scene) -> tuple[float, float, float]:
+def errors(theta: CameraAndPoints, scene: Scene) -> tuple[float, float, float]:
     """Degrees, mm of the camera, mm of the worst point."""
     away = theta.T_world_cam[:3, 3] - scene.T_world_cam[:3, 3]
     turn = np.linalg.norm(theta.away_from(truth(scene))[:3])

@@ -85,7 +85,7 @@ class WatchedBody:
     """With a long burn-in: Jacobians stay where its fit ends, and a poor place costs false alarms
     for as long as the belief lives."""
     demand: Demand = field(default_factory=lambda: Demand({"position": 0.002}))
-    """m, rad: 95 % bounds of the prediction; add "rotation" for senses of poses."""
+    """m, rad: 99 % bounds of the prediction; add "rotation" for senses of poses."""
 
     @cached_property
     def blocks(self) -> Mapping[str, Ints]:

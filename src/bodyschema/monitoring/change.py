@@ -30,12 +30,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import f as f_distribution
 
-from bodyschema.body.kernels import FIXED
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
+from bodyschema.body.parameters import Parameters
 from bodyschema.body.tree import Body
 from bodyschema.learning.discrepancy import Field, matern
 from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.problem import moved_joints
+from bodyschema.monitoring.parts import parts_of
 from bodyschema.senses.observations import Observations
 
 Array = NDArray[np.float64]
@@ -124,31 +123,6 @@ def detect_change(
     changed = p_value < false_alarm
     close = [s for s in ranked if ranked[0].evidence - s.evidence < CLOSE] if changed else []
     return ChangeTest(changed, p_value, tuple(close), _typical(estimate.body, senses))
-
-
-def parts_of(
-    estimate: Estimate, senses: Sequence[Observations]
-) -> tuple[Parameters, dict[str, list[int]]]:
-    """The estimate's parameters and those of every part; rows of each part."""
-    body, known = estimate.reference, estimate.parameters
-    joints = moved_joints(body, senses)
-    frames = sorted({frame for sense in senses for frame in (sense.seen_from, sense.seen)})
-    extra = [free_joints(body, ("offsets",), joints)]
-    for frame in frames:
-        k = body.frame_index(frame)
-        if k and body.kind[k] == FIXED:
-            extra.append(free_frame(body, frame))
-    more = join(*extra)
-    new = [i for i, name in enumerate(more.names) if name not in known.names]
-    parameters = join(known, more.take(new))
-    parts = {joint: [f"{joint}.offset"] for joint in joints}
-    parts |= {frame: [n for n in more.names if n.startswith(f"{frame}.")] for frame in frames}
-    rows = {
-        part: [parameters.names.index(name) for name in names]
-        for part, names in parts.items()
-        if names
-    }
-    return parameters, rows
 
 
 def _blocks(

@@ -26,9 +26,9 @@ from bodyschema.learning.estimate import Estimate
 from bodyschema.learning.stream_noise import StreamNoise, measured, wild_beyond
 from bodyschema.learning.watched_body import Moment, WatchedBelief, WatchedBody, moments
 from bodyschema.monitoring.block_ratio import Window
-from bodyschema.monitoring.change import parts_of
 from bodyschema.monitoring.labelling import EVERYTHING
 from bodyschema.monitoring.machine import Machine, Watch
+from bodyschema.monitoring.parts import parts_of
 from bodyschema.senses.observations import Observations
 
 Array = NDArray[np.float64]

@@ -105,7 +105,7 @@ class Figure9:
             "Median / 90 %. The arm's kinematics and the pixels come from MuJoCo; nothing is "
             "rendered, tracked or lost, so the paper's seconds hold more than ours.",
             "The published rule stops while the answer is still degrees wrong; what it calls known "
-            "is not what ours calls known (0.2 degrees, 5 mm, 2 mm at 95 %).",
+            "is not what ours calls known (0.2 degrees, 5 mm, 2 mm at 99 %).",
         ]
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
@@ -202,6 +202,6 @@ def _draw_better(panels: Sequence[Axes], curves: Sequence[Result]) -> None:
         values = [factor * point["bounds"].get(part, np.nan) for point in curves]
         panels[0].semilogy(time, values, lw=1, label=f"{part}, {unit}")
     panels[0].legend(loc="upper right", ncols=3, fontsize=7, frameon=False)
-    panels[0].set_ylabel("ours:\n95 % bounds")
+    panels[0].set_ylabel("ours:\n99 % bounds")
     panels[1].plot(time, [point["sum"] for point in curves], lw=1)
     panels[1].set_ylabel("ours:\nevidence of change")

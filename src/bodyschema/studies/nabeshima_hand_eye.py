@@ -19,7 +19,6 @@ import tyro
 from bodyschema import lie
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import MissingExtraError
-from bodyschema.learning.hand_eye.chart import from_transform
 from bodyschema.learning.hand_eye.points import HandEyePoints
 from bodyschema.learning.hand_eye.stereo_points import triangulated_rows
 from bodyschema.learning.linear_relation import Direction, Moments, PaperRelation
@@ -32,6 +31,7 @@ from bodyschema.simulation.katana import (
     perceive,
     stereo,
 )
+from bodyschema.studies.hand_eye_errors import DEMAND, certificates, errors, nees, spread
 from bodyschema.studies.nabeshima_figure9 import quantiles
 from bodyschema.studies.nabeshima_peers import batch_likelihood, marker_poses, peers
 from bodyschema.studies.study import Result, Rows, Task
@@ -43,12 +43,6 @@ SECONDS = 30.0
 """After which methods are compared."""
 
 POSTURES = 60
-
-DEMAND = {"rotation_deg": 0.2, "camera_mm": 5.0, "tip_mm": 2.0}
-"""What the certificate promises."""
-
-WRONG_BASIN = 5.0
-"""degrees: an answer so far off is another minimum, not noise."""
 
 
 @dataclass(frozen=True)
@@ -98,12 +92,12 @@ class HandEye:
         for i, moment in enumerate(seen.time):
             moments = moments.add(triangulated_rows(seen.T_world_hand[i], c[i]))
             if moment >= SECONDS and "faithful" not in answer:
-                answer["faithful"] = _errors(*_of_direction(learner.solve(moments)), scene)
-                answer["faithful_last"] = _errors(*_of_direction(last.solve(moments)), scene)
+                answer["faithful"] = errors(*_of_direction(learner.solve(moments)), scene)
+                answer["faithful_last"] = errors(*_of_direction(last.solve(moments)), scene)
             if stop is None:
                 found = learner.solve(moments)
                 if found.squares[0] < learner.smallest and found.closeness < learner.closest:
-                    stop = {"seconds": float(moment)} | _errors(*_of_direction(found), scene)
+                    stop = {"seconds": float(moment)} | errors(*_of_direction(found), scene)
             elif moment > SECONDS:
                 break
         return answer | {"faithful_stop": stop}
@@ -119,21 +113,21 @@ class HandEye:
                 continue
             if moment >= SECONDS and not answer:
                 theta = state.theta
-                answer["better"] = _errors(theta.T_world_cam, theta.points, scene)
-                answer["nees"] = _nees(theta, state.covariance, scene)
+                answer["better"] = errors(theta.T_world_cam, theta.points, scene)
+                answer["nees"] = nees(theta, state.covariance, scene)
                 if self.points == 1:
                     n = i + 1
                     batch = batch_likelihood(
                         theta, seen.T_world_hand[:n], seen.pixels[:n], learner.stereo
                     )
-                    answer["batch"] = _errors(batch.T_world_cam, batch.points, scene)
+                    answer["batch"] = errors(batch.T_world_cam, batch.points, scene)
             if certificate is None and i % learner.every == learner.every - 1:
                 if not learner.certificate(state).holds:
                     continue
-                certificate = {"seconds": float(moment)} | _errors(
+                certificate = {"seconds": float(moment)} | errors(
                     state.theta.T_world_cam, state.theta.points, scene
                 )
-                certificate["nees"] = _nees(state.theta, state.covariance, scene)
+                certificate["nees"] = nees(state.theta, state.covariance, scene)
             if certificate is not None and answer:
                 break
         return answer, certificate
@@ -149,14 +143,14 @@ class HandEye:
         answer = {}
         for name, solve in peers().items():
             camera, tip = solve(T, marker)
-            answer[name] = _errors(camera, tip[None], one)
+            answer[name] = errors(camera, tip[None], one)
         learner = HandEyePoints(eyes, buffer=POSTURES)
         seen = Stream(np.arange(float(POSTURES)), q[chosen], T, perceive(one, T, eyes, rng))
         state = learner.start()
         for i in range(POSTURES):
             state = learner.step(state, seen.sample(i))
         if state.theta is not None:
-            answer["better_one_point"] = _errors(state.theta.T_world_cam, state.theta.points, one)
+            answer["better_one_point"] = errors(state.theta.T_world_cam, state.theta.points, one)
         return answer
 
     def summary(self, results: Mapping[str, Result]) -> Result:
@@ -175,7 +169,7 @@ class HandEye:
         } | spread(stops)
         answer |= {name: spread([run["peers"][name] for run in runs]) for name in runs[0]["peers"]}
         answer["nees"] = float(np.mean([run["nees"] for run in runs]))
-        answer["certificate"] = _certificates([run["certificate"] for run in runs])
+        answer["certificate"] = certificates([run["certificate"] for run in runs])
         return answer
 
     def rows(self, summary: Mapping[str, Any]) -> Rows:
@@ -237,48 +231,6 @@ class HandEye:
 def _of_direction(found: Direction) -> tuple[Any, Any]:
     """T_world_cam and points of the published method's answer."""
     return lie.transform(found.rotation, found.x[9:12]), found.x[None, 12:15]
-
-
-def _errors(T_world_cam: Any, points: Any, scene: Scene) -> dict[str, float]:
-    R, S = T_world_cam, scene.T_world_cam
-    turn = np.linalg.norm(lie.log_so3(R[:3, :3] @ S[:3, :3].T))
-    away = np.linalg.norm(points - scene.points[: len(points)], axis=1)
-    return {
-        "rotation_deg": float(np.degrees(turn)),
-        "camera_mm": float(1e3 * np.linalg.norm(R[:3, 3] - S[:3, 3])),
-        "tip_mm": float(1e3 * away[0]),
-    }
-
-
-def _nees(theta: Any, covariance: Any, scene: Scene) -> float:
-    """Squared error over its own covariance: 6 + 3 K on average when that is right."""
-    away = from_transform(scene.T_world_cam, scene.points).away_from(theta)
-    return float(away @ np.linalg.solve(covariance, away))
-
-
-def spread(errors: Sequence[Mapping[str, float]]) -> Result:
-    """Median and 90 % of each error, and its root mean square."""
-    return {
-        key: quantiles([each[key] for each in errors])
-        | {"rms": float(np.sqrt(np.mean([each[key] ** 2 for each in errors]))) if errors else None}
-        for key in DEMAND
-    }
-
-
-def _certificates(held: Sequence[Result | None]) -> Result:
-    given = [each for each in held if each is not None]
-    false = [each for each in given if any(each[key] > most for key, most in DEMAND.items())]
-    seconds = quantiles([each["seconds"] for each in given])
-    count = max(len(given), 1)
-    return {
-        "seconds_median": seconds["median"],
-        "seconds_p90": seconds["p90"],
-        "false_share": len(false) / count,
-        "wrong_basin_share": sum(each["rotation_deg"] > WRONG_BASIN for each in given) / count,
-        "given_share": len(given) / len(held),
-        "nees": float(np.mean([each["nees"] for each in given])) if given else None,
-        "worst": {key: max((each[key] for each in given), default=None) for key in DEMAND},
-    } | spread(given)
 
 
 def _pair(found: Mapping[str, float | None]) -> str:

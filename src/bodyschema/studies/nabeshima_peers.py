@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.learning.hand_eye.chart import HandEye, predict
+from bodyschema.learning.hand_eye.chart import CameraAndPoints, predict
 from bodyschema.learning.hand_eye.closed_forms import align_points, mean_transform, solve_ky_xt
 from bodyschema.learning.hand_eye.stereo_points import Stereo
 from bodyschema.learning.relation_fit import Normal, descend
@@ -45,12 +45,12 @@ class _Reprojection:
     def __init__(self, pixels: Array, eyes: Stereo) -> None:
         self.pixels, self.eyes = pixels, eyes
 
-    def normal(self, theta: HandEye) -> Normal:
+    def normal(self, theta: CameraAndPoints) -> Normal:
         e, J, _ = predict(theta, np.eye(4)[None], self.pixels[None], self.eyes.numbers)
         rows, seen = J[0, :, :, :6].reshape(-1, 6), e.ravel()
         return Normal(float(seen @ seen), -rows.T @ seen, rows.T @ rows)
 
-    def move(self, theta: HandEye, delta: Array) -> HandEye:
+    def move(self, theta: CameraAndPoints, delta: Array) -> CameraAndPoints:
         return theta.move(np.append(delta, np.zeros(theta.points.size)))
 
 
@@ -63,12 +63,16 @@ def marker_poses(
     poses = []
     for seen, four in zip(pixels, eyes.triangulate(pixels), strict=True):
         T = align_points(CORNERS, four, np.ones(4))
-        theta, _, _ = descend(_Reprojection(seen, eyes), HandEye(T[:3, :3], -T[:3, 3], CORNERS))
+        theta, _, _ = descend(
+            _Reprojection(seen, eyes), CameraAndPoints(T[:3, :3], -T[:3, 3], CORNERS)
+        )
         poses.append(lie.transform(theta.M, -theta.u))
     return np.array(poses)
 
 
-def batch_likelihood(start: HandEye, T_world_hand: Array, pixels: Array, eyes: Stereo) -> HandEye:
+def batch_likelihood(
+    start: CameraAndPoints, T_world_hand: Array, pixels: Array, eyes: Stereo
+) -> CameraAndPoints:
     """Gauss-Newton on all stored pixels of one point, from a good start."""
     theta = start
     for _ in range(8):

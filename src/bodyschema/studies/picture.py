@@ -32,7 +32,10 @@ def picture_files(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
     with rc_context():
         rcdefaults()
         rcParams.update(STYLE)
-        rcParams.update({"figure.facecolor": "white", "svg.hashsalt": name})
+        # Powers of ten on logarithmic axes, and Greek letters, are written as mathematics.
+        rcParams.update(
+            {"figure.facecolor": "white", "svg.hashsalt": name, "text.parse_math": True}
+        )
         figure = draw()
         unsigned: dict[str, Any] = {
             "png": {"metadata": {"Software": None}, "dpi": DOTS_PER_INCH},

@@ -20,9 +20,18 @@ STUDIES: dict[tuple[str, str], str] = {
     ("hersch2008", "figure10"): "hersch2008_figure10:Figure10",
     ("hersch2008", "figure11"): "hersch2008_figure11:Figure11",
     ("hersch2008", "figure13"): "hersch2008_figure13:Figure13",
+    ("nabeshima", "figure3"): "nabeshima_coincidence:Figure3",
+    ("nabeshima", "figure4"): "nabeshima_coincidence:Figure4",
+    ("nabeshima", "figure5"): "nabeshima_coincidence:Figure5",
+    ("nabeshima", "find-body"): "nabeshima_find_body:FindBody",
     ("nabeshima", "hand-eye"): "nabeshima_hand_eye:HandEye",
+    ("nabeshima", "corners"): "nabeshima_corners:Corners",
     ("nabeshima", "figure8"): "nabeshima_figure8:Figure8",
     ("nabeshima", "figure9"): "nabeshima_figure9:Figure9",
+    ("nabeshima", "figure10"): "nabeshima_figure10:Figure10",
+    ("nabeshima", "figure11"): "nabeshima_figure11:Figure11",
+    ("nabeshima", "touch"): "nabeshima_touch:TouchStudy",
+    ("nabeshima", "payload"): "nabeshima_payload:Payload",
     ("vicente2016", "table1"): "vicente2016_table1:Table1",
     ("vicente2016", "table2"): "vicente2016_table2:Table2",
     ("vicente2016", "generalisation"): "vicente2016_generalisation:Generalisation",
@@ -30,6 +39,8 @@ STUDIES: dict[tuple[str, str], str] = {
     ("vicente2016", "figure7"): "vicente2016_table1:Figure7",
     ("vicente2016", "figure8"): "vicente2016_table1:Figure8",
     ("vicente2016", "figure9"): "vicente2016_table2:Figure9",
+    ("vicente2016", "figure12"): "vicente2016_figure12:Figure12",
+    ("vicente2016", "figure13"): "vicente2016_figure12:Figure13",
 }
 """(paper, figure) -> module of this package and class in it."""
 

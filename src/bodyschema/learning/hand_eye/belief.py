@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learning.hand_eye.chart import HandEye, normal_equations
+from bodyschema.learning.hand_eye.chart import CameraAndPoints, normal_equations
 from bodyschema.learning.hand_eye.point_memory import PointMemory
 from bodyschema.learning.hand_eye.rotation_search import search
 from bodyschema.learning.hand_eye.stereo_points import StereoPoints
@@ -36,7 +36,7 @@ OWN_CORRELATION = 300
 class Prior:
     """What remains true from before."""
 
-    theta: HandEye
+    theta: CameraAndPoints
     information: Array
     """(6 + 3 K, same) Lambda; zero for what changed."""
 
@@ -49,7 +49,7 @@ class HandEyeBelief:
     waiting: tuple[StereoPoints, ...] = ()
     """The first moments; empty once they are in the memory."""
     flushed: bool = False
-    theta: HandEye | None = None
+    theta: CameraAndPoints | None = None
     """None before the first fit."""
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     """(6 + 3 K, same) P."""
@@ -76,7 +76,7 @@ class PointCost:
     def __init__(self, memory: PointMemory, tau: float, prior: Prior | None) -> None:
         self.memory, self.tau, self.prior = memory, tau, prior
 
-    def normal(self, theta: HandEye) -> Normal:
+    def normal(self, theta: CameraAndPoints) -> Normal:
         size = 6 + 3 * len(theta.points)
         g, H = np.zeros(size), np.zeros((size, size))
         M, u, points = theta.M, theta.u, theta.points
@@ -88,11 +88,11 @@ class PointCost:
             cost, g, H = cost + float(away @ pull), g + pull, H + self.prior.information
         return Normal(cost, g, H)
 
-    def move(self, theta: HandEye, delta: Array) -> HandEye:
+    def move(self, theta: CameraAndPoints, delta: Array) -> CameraAndPoints:
         return theta.move(delta)
 
 
-def theta_of(state: HandEyeBelief) -> HandEye:
+def theta_of(state: HandEyeBelief) -> CameraAndPoints:
     """The unknowns, once there is a first fit."""
     if state.theta is None:
         raise ValueError("the belief has no first fit yet; step it until `theta` is there.")
@@ -122,7 +122,7 @@ def search_all(state: HandEyeBelief, memory: PointMemory) -> HandEyeBelief:
 
 
 def settle(
-    state: HandEyeBelief, memory: PointMemory, theta: HandEye, extra_cost: float = 0.0
+    state: HandEyeBelief, memory: PointMemory, theta: CameraAndPoints, extra_cost: float = 0.0
 ) -> HandEyeBelief:
     """Fit the sums from theta, with covariance and correlation.
 

@@ -22,7 +22,7 @@ from bodyschema.learning.hand_eye.belief import (
     settle,
     theta_of,
 )
-from bodyschema.learning.hand_eye.chart import HandEye, predict
+from bodyschema.learning.hand_eye.chart import CameraAndPoints, predict
 from bodyschema.learning.hand_eye.point_memory import PointMemory
 from bodyschema.learning.hand_eye.stereo_points import Stereo
 from bodyschema.learning.relation_fit import descend
@@ -83,7 +83,7 @@ class BurnIn:
         empty = PointMemory.empty(self.pixels.shape[1])
         return empty.add(self.T, self.pixels, depth, keep, self.stereo.numbers)
 
-    def _choose(self, theta: HandEye) -> tuple[Flags, Array]:
+    def _choose(self, theta: CameraAndPoints) -> tuple[Flags, Array]:
         """Points within the gate, and depths for the weights."""
         e, _, predicted = predict(theta, self.T, self.pixels, self.stereo.numbers)
         q = np.sum(e * e, axis=2)
@@ -96,6 +96,8 @@ class BurnIn:
 
 def _near(c: Array) -> Flags:
     """Points (n, K) within reach of the others; a wild stereo match may lie far behind the room."""
+    # A point that no moment shows has no median; as a fixed one it is near nothing.
+    c = np.where(np.isfinite(c).any(axis=0), c, 0.0)
     centre = np.nanmedian(c, axis=0)
     away = np.linalg.norm(c - centre, axis=2)
     with np.errstate(invalid="ignore"):

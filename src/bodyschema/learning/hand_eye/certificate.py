@@ -1,8 +1,9 @@
 """When an estimate may be called known: bounds, fit, no rival, nothing open.
 
-A part's bound is 2.8 times its largest standard deviation in any direction (2.8^2 is the 95 % point
-of chi-square with three degrees of freedom), with a declared budget for what the fit cannot see
-(errors of kinematics and intrinsics bend the answer and leave the residuals small) in quadrature.
+A part's bound is 3.37 times its largest standard deviation in any direction (3.37^2 is the 99 %
+point of chi-square with three degrees of freedom), with a declared budget for what the fit cannot
+see (errors of kinematics and intrinsics bend the answer and leave the residuals small) in
+quadrature.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-REACH = 2.8
-"""Standard deviations to the 95 % bound of a vector of three."""
+REACH = 3.37
+"""Standard deviations to the 99 % bound of a vector of three. Not 95 %: of a hundred robots that
+believe that they know themselves, at most one may be wrong."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Certificate:
 
     holds: bool
     bounds: Mapping[str, float]
-    """Part -> 95 % bound, rad or m."""
+    """Part -> 99 % bound, rad or m."""
     fit: float
     """Mean squared residual over what the noise explains; about 1."""
     missing: tuple[str, ...]
@@ -48,7 +50,7 @@ class Certificate:
 
 
 def bound(covariance: Array, budget: float) -> float:
-    """The 95 % bound of a part with covariance (3, 3) and the declared budget."""
+    """The 99 % bound of a part with covariance (3, 3) and the declared budget."""
     return float(np.hypot(REACH * np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 0.0)), budget))
 
 

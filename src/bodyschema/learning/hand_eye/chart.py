@@ -24,7 +24,7 @@ LONGEST_TURN = 0.7
 
 
 @dataclass(frozen=True)
-class HandEye:
+class CameraAndPoints:
     """Where the camera stands in the world and where the tracked points sit in the hand."""
 
     M: Array
@@ -39,15 +39,15 @@ class HandEye:
         """(4, 4)."""
         return lie.transform(self.M.T, self.M.T @ self.u)
 
-    def move(self, delta: Array) -> HandEye:
+    def move(self, delta: Array) -> CameraAndPoints:
         """After a step (6 + 3 K,) of theta; long rotations are cut, with all that goes along."""
         angle = float(np.linalg.norm(delta[:3]))
         if angle > LONGEST_TURN:
             delta = delta * (LONGEST_TURN / angle)
         M = lie.exp_so3(delta[:3]) @ self.M
-        return HandEye(M, self.u + delta[3:6], self.points + delta[6:].reshape(-1, 3))
+        return CameraAndPoints(M, self.u + delta[3:6], self.points + delta[6:].reshape(-1, 3))
 
-    def away_from(self, other: HandEye) -> Array:
+    def away_from(self, other: CameraAndPoints) -> Array:
         """(6 + 3 K,) the step that leads from the other to this one."""
         w = lie.log_so3(self.M @ other.M.T)
         return np.concatenate([w, self.u - other.u, (self.points - other.points).ravel()])
@@ -60,10 +60,10 @@ class HandEye:
         return G @ covariance @ G.T
 
 
-def from_transform(T_world_cam: Array, points: Array) -> HandEye:
+def from_transform(T_world_cam: Array, points: Array) -> CameraAndPoints:
     """The unknowns of a camera at (4, 4) and points (K, 3) in the hand."""
     M = T_world_cam[:3, :3].T
-    return HandEye(M, M @ T_world_cam[:3, 3], np.asarray(points, dtype=np.float64))
+    return CameraAndPoints(M, M @ T_world_cam[:3, 3], np.asarray(points, dtype=np.float64))
 
 
 @kernel
@@ -172,7 +172,9 @@ def innovations(
                     J[n, k, row, j] = scale * (by[s, j] - a * by[2, j])
 
 
-def predict(theta: HandEye, T: Array, pixels: Array, numbers: Array) -> tuple[Array, Array, Array]:
+def predict(
+    theta: CameraAndPoints, T: Array, pixels: Array, numbers: Array
+) -> tuple[Array, Array, Array]:
     """`innovations` of moments T (n, 4, 4) with pixels (n, K, 3): e, J and depth."""
     n, K = pixels.shape[:2]
     e, J, depth = np.empty((n, K, 3)), np.empty((n, K, 3, 9)), np.empty((n, K))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from bodyschema.errors import InputError
 from bodyschema.learning.hand_eye.belief import PointCost, correlation_time
-from bodyschema.learning.hand_eye.chart import HandEye
+from bodyschema.learning.hand_eye.chart import CameraAndPoints
 from bodyschema.learning.hand_eye.point_memory import PointMemory
 from bodyschema.learning.hand_eye.points import HandEyePoints
 from bodyschema.learning.hand_eye.rotation_search import search
@@ -92,6 +92,6 @@ class ClockSearch:
         tau = correlation_time(state[best].correlation(fits[best]))
         return Lag(float(lag), float(step * np.sqrt(2 * tau / bend)))
 
-    def _fit(self, memory: PointMemory) -> HandEye:
+    def _fit(self, memory: PointMemory) -> CameraAndPoints:
         found = [descend(PointCost(memory, 1.0, None), start) for start in search(memory.D)]
         return min(found, key=lambda each: each[1].cost)[0]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
-from bodyschema.learning.hand_eye.chart import HandEye, misfit
+from bodyschema.learning.hand_eye.chart import CameraAndPoints, misfit
 from bodyschema.learning.hand_eye.stereo_points import MONOMIALS, depth_row, monomial_rows
 
 Array = NDArray[np.float64]
@@ -127,11 +127,11 @@ class PointMemory:
         sums = (self.C + later.C, self.N + later.N, self.C1 + later.C1, self.D + later.D)
         return PointMemory(*sums, later.last, later.linked, self.count + later.count)
 
-    def cost(self, theta: HandEye) -> float:
+    def cost(self, theta: CameraAndPoints) -> float:
         """x^T C x: 3 a point when all is well."""
         return float(misfit(theta.M, theta.u, theta.points, self.C))
 
-    def correlation(self, theta: HandEye) -> float:
+    def correlation(self, theta: CameraAndPoints) -> float:
         """Lag-1 correlation of the residuals at theta, kept within 0 .. 0.98."""
         together = float(misfit(theta.M, theta.u, theta.points, self.C1))
         return float(np.clip(together / max(self.cost(theta), 1e-300), 0.0, 0.98))

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.learning.hand_eye.chart import HandEye, from_transform
+from bodyschema.learning.hand_eye.chart import CameraAndPoints, from_transform
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def covering_rotations() -> Array:
     return np.concatenate([np.array(cube), twist @ np.array(cube)])
 
 
-def search(D: Array) -> list[HandEye]:
+def search(D: Array) -> list[CameraAndPoints]:
     """The deepest minima, best first, at most KEPT.
 
     Args:
@@ -59,8 +59,8 @@ def search(D: Array) -> list[HandEye]:
     rest = whole[np.ix_(j, j)] + 1e-9 * np.trace(whole) / size * np.eye(size - 10)
     solved = np.linalg.solve(rest, whole[np.ix_(j, i)])
     Q = whole[np.ix_(i, i)] - whole[np.ix_(i, j)] @ solved
-    R, F = _descend_all((Q + Q.T) / 2)
-    found: list[HandEye] = []
+    R, F = descend_all((Q + Q.T) / 2)
+    found: list[CameraAndPoints] = []
     kept: list[Array] = []
     for n in np.argsort(F):
         if any(float(np.sum(R[n] * other)) > 1 + 2 * np.cos(APART) for other in kept):
@@ -89,7 +89,7 @@ def _unknowns(R: Array) -> Array:
     return np.hstack([columns, np.ones((len(R), 1))])
 
 
-def _descend_all(Q: Array) -> tuple[Array, Array]:
+def descend_all(Q: Array) -> tuple[Array, Array]:
     """Minima (48, 3, 3) of y^T Q y reached from all starts, and their costs (48,)."""
     R = covering_rotations()
     y = _unknowns(R)
