@@ -11,18 +11,25 @@ from bodyschema.studies.picture import picture_files
 from bodyschema.studies.registry import PAPERS, STUDIES, study_class
 from bodyschema.studies.runner import run_study, settings_of
 
-QUICK = {("hersch2008", "figure13"): {"steps": 400}}
+QUICK = {("hersch2008", "figure13"): {"steps": 400}, ("nabeshima", "touch"): {"hours": 0.02}}
 for _name in ("table1", "figure6", "figure7", "figure8"):
     QUICK["vicente2016", _name] = {"frames": 3, "closed_frames": 2}
-for _name in ("table2", "figure9", "generalisation"):
-    QUICK["vicente2016", _name] = {"frames": 3}
+for _name in ("figure12", "figure13"):
+    QUICK["vicente2016", _name] = {"particles": 20, "frames": 2, "closed_frames": 1}
+for _name in ("table2", "figure9"):
+    QUICK["vicente2016", _name] = {"frames": 3, "closed_frames": 1}
+QUICK["vicente2016", "generalisation"] = {"frames": 3}
+QUICK["nabeshima", "corners"] = {"waggle": 1.0, "seconds": 1.0}
+QUICK["nabeshima", "find-body"] = {"motions": 1}
+QUICK["nabeshima", "figure5"] = {"motions": 1}
 """Settings of studies whose one run takes long."""
 
 
 @pytest.fixture(scope="module", params=STUDIES, ids=" ".join)
 def done(request):
     """A study of one run, its results and its summary."""
-    if request.param[0] == "vicente2016":
+    drawn = {("nabeshima", name) for name in ("find-body", "figure3", "figure4", "figure5")}
+    if request.param[0] == "vicente2016" or request.param in drawn:
         request.getfixturevalue("offscreen")
     study = study_class(*request.param)(runs=1, **QUICK.get(request.param, {}))
     results = run_study(study, 1)
