@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,6 +51,14 @@ def known() -> WatchedOutline:
     """A belief that is right, to 0.02 degrees."""
     sure = np.eye(7) / np.deg2rad(0.02) ** 2
     return WatchedOutline(None, TRUTH, sure, images=100, rows=700.0)
+
+
+def test_pictures_in_place_of_masks_are_refused() -> None:
+    masks = look(TRUTH, readings(20)[3])
+    colours = tuple(np.repeat(np.uint8(255) * mask[..., None], 3, 2) for mask in masks.pictures)
+    for ask in (LEARNER.step, LEARNER.innovation):
+        with pytest.raises(bs.InputError, match="masks"):
+            ask(known(), replace(masks, pictures=colours))
 
 
 def test_the_slope_of_an_innovation_is_its_derivative() -> None:

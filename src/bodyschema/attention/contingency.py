@@ -31,7 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.attention.visual_jacobian import Explained, Sums, explained, joined
+from bodyschema.attention.visual_jacobian import Explained, MotionSums, explained, joined
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,8 +62,8 @@ class Contingency:
 
 
 def weigh(
-    state: Contingency, before: Sums, motion: Sums, seconds: float, own: Ints, camera: Ints,
-    precision: float,
+    state: Contingency, before: MotionSums, motion: MotionSums, seconds: float,
+    own: Ints, camera: Ints, precision: float,
 ) -> tuple[Contingency, Array]:  # fmt: skip
     """Weigh a motion that is over.
 

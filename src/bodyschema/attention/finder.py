@@ -25,7 +25,7 @@ from bodyschema.attention.frames import check_frame, check_settings, grid
 from bodyschema.attention.lag import LagBelief, after_motion
 from bodyschema.attention.motor import MotionCutter, Motor
 from bodyschema.attention.visual_jacobian import (
-    Sums,
+    MotionSums,
     empty,
     faded,
     furthest,
@@ -68,9 +68,9 @@ class FinderState:
     """Width and height of the frames, pixels."""
     motor: Motor
     """Latest positions and the motion that is going on."""
-    sums: Sums
+    sums: MotionSums
     """Of the motion that is going on and the rest before it."""
-    belief: Sums
+    belief: MotionSums
     """Visual Jacobians from the motions before."""
     odds: Contingency
     """Evidence so far."""

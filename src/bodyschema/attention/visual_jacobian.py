@@ -39,7 +39,7 @@ NEEDED = 3.0
 
 
 @dataclass(frozen=True)
-class Sums:
+class MotionSums:
     """What is kept of frames, for L lags, J joints and N cells."""
 
     A: Array
@@ -51,30 +51,30 @@ class Sums:
     frames: float
     """Number of frames."""
 
-    def add(self, x: Array, y: Array, keep: float = 1.0) -> Sums:
+    def add(self, x: Array, y: Array, keep: float = 1.0) -> MotionSums:
         """One more frame: joints' motion at each lag (L, J), flow (N, 2), in units of noise.
 
         `keep` below 1 lets the energy of earlier frames fade.
         """
         A = self.A + x[:, :, None] * x[:, None, :]
         B = self.B + x[:, :, None] * y.ravel()
-        return Sums(A, B, keep * self.energy + np.sum(y * y, axis=1), keep * self.frames + 1)
+        return MotionSums(A, B, keep * self.energy + np.sum(y * y, axis=1), keep * self.frames + 1)
 
 
-def empty(lags: int, joints: int, cells: int) -> Sums:
+def empty(lags: int, joints: int, cells: int) -> MotionSums:
     """Nothing seen."""
     A, B = np.zeros((lags, joints, joints)), np.zeros((lags, joints, 2 * cells))
-    return Sums(A, B, np.zeros(cells), 0.0)
+    return MotionSums(A, B, np.zeros(cells), 0.0)
 
 
-def faded(belief: Sums, keep: float) -> Sums:
+def faded(belief: MotionSums, keep: float) -> MotionSums:
     """The belief before the next motion."""
-    return Sums(keep * belief.A, keep * belief.B, keep * belief.energy, keep * belief.frames)
+    return MotionSums(keep * belief.A, keep * belief.B, keep * belief.energy, keep * belief.frames)
 
 
-def joined(belief: Sums, motion: Sums) -> Sums:
+def joined(belief: MotionSums, motion: MotionSums) -> MotionSums:
     """The belief with a motion in it."""
-    return Sums(
+    return MotionSums(
         belief.A + motion.A, belief.B + motion.B, belief.energy + motion.energy,
         belief.frames + motion.frames,
     )  # fmt: skip
@@ -91,7 +91,9 @@ class Explained:
     """(N,) energy of the motion as earlier motions foretell it."""
 
 
-def explained(before: Sums, after: Sums, lag: int, joints: Ints, precision: float) -> Explained:
+def explained(
+    before: MotionSums, after: MotionSums, lag: int, joints: Ints, precision: float
+) -> Explained:
     """Energy explained by some joints, the others taken to move nothing.
 
     Args:
@@ -114,7 +116,7 @@ def explained(before: Sums, after: Sums, lag: int, joints: Ints, precision: floa
     return Explained(energy, price, foretold)
 
 
-def jacobians(belief: Sums, lag: int, precision: float) -> tuple[Array, Array]:
+def jacobians(belief: MotionSums, lag: int, precision: float) -> tuple[Array, Array]:
     """E[K] (N, 2, J) pixels/rad, and the covariance (J, J) of its rows in units of noise."""
     J = belief.A.shape[1]
     A = belief.A[lag] + precision * np.eye(J)
@@ -122,7 +124,7 @@ def jacobians(belief: Sums, lag: int, precision: float) -> tuple[Array, Array]:
     return K.reshape(J, -1, 2).transpose(1, 2, 0), np.linalg.solve(A, np.eye(J))
 
 
-def joint_evidence(belief: Sums, lag: int, K: Array, V: Array) -> Array:
+def joint_evidence(belief: MotionSums, lag: int, K: Array, V: Array) -> Array:
     """(J, N) nats by which each joint is needed to explain a cell: half its squared z-score.
 
     The noise is what K leaves of the cell's energy, at least the least noise; flow is smooth in

@@ -176,7 +176,7 @@ def _by_time(track: JointTrack, clocks: Sequence[Array]) -> tuple[Ints, Array, A
         )
     nearest = [_nearest(clock, clocks[0]) for clock in clocks]
     for clock, at in zip(clocks, nearest, strict=True):
-        good &= np.abs(clock[at] - clocks[0]) <= _half_frame(clock)
+        good &= np.abs(clock[at] - clocks[0]) <= min(_half_frame(clock), _half_frame(clocks[0]))
     if not good.any():
         raise InputError(
             "no frames of all cameras were taken within half a frame of each other; check start."

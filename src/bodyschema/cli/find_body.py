@@ -30,7 +30,7 @@ STILL = 2e-3
 class FindBody:
     """Find the robot's body in a video from its joint positions alone.
 
-    Exit code 1 if nothing in the picture is surely the robot.
+    Exit code 1 if no cell is surely the robot and none moves together with the joints.
     """
 
     source: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="VIDEO|FOLDER|LEROBOT")]
@@ -65,12 +65,13 @@ class FindBody:
     """Print one JSON object instead of text."""
 
     def run(self) -> int:
-        """Look at every frame, write; returns 1 when nothing is surely the robot."""
+        """Look at every frame, write; returns 1 when nothing was found."""
         from bodyschema.attention.finder import BodyFinder
         from bodyschema.cli.body_search import search
         from bodyschema.cli.found_answer import describe_found, found_json, write_found
 
         check_new_folder(self.out, self.overwrite)
+        self._check()
         clip = self._clip()
         _refuse_stillness(clip)
         finder = BodyFinder(clip.joints, self.cell, named(self.camera_joints, clip.joints))
@@ -87,6 +88,18 @@ class FindBody:
             write_found(folder, result.found, result.moving, answer)
         print(json.dumps(answer) if self.json else describe_found(answer, self.out))
         return 0 if result.found.mask.any() or result.moving.any() else 1
+
+    def _check(self) -> None:
+        """Refuse flags that cannot be used, or would be left unheard."""
+        if self.pictures < 0:
+            raise InputError(f"--pictures is {self.pictures}; give 0 or more.")
+        if not np.isfinite(self.start):
+            raise InputError(f"--start is {self.start}; give a time in s.")
+        timed, listed = self.start != 0 or self.fps is not None, self.episode != 0 or self.camera
+        if self.encoders is None and timed:
+            raise InputError("a LeRobot data set has a clock of its own; leave --start and --fps.")
+        if self.encoders is not None and listed:
+            raise InputError("--episode and --camera choose from a LeRobot data set; leave them.")
 
     def _clip(self) -> Clip:
         """The video with its readings."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.cli.other_entries import other_entries
 from bodyschema.cli.payload_file import PayloadFile
 from bodyschema.cli.wrist_columns import WristRecording, read_wrist
 from bodyschema.errors import InputError
@@ -36,6 +37,9 @@ SLOWEST = 0.08
 
 POOR = 0.1
 """Share of the wrench that may be left over before the answer says that something is wrong."""
+
+DOUBTFUL, MUCH = 0.03, 0.3
+"""Share from which other entries are tried, and what one must bring it down to, to be named."""
 
 FEWEST_ALONE = 200
 """Samples from which a lag is told."""
@@ -79,8 +83,15 @@ def identify(run: PayloadFile) -> HeldRecording:
     learner, moving = _learner(run), _moving(run, read)
     notes, events = list(read.notes), tuple[Happening, ...]()
     if run.motion.kind == "auto" and read.moving and not moving:
+        step = float(np.median(np.diff(read.samples.time)))
         notes.append(
-            "samples are too far apart to follow a motion: every row counts as a posture at rest."
+            f"samples are {step:.3g} s apart, too far to follow a motion: every row counts as a "
+            "posture at rest; check time_unit if that is wrong."
+        )
+    elif run.motion.kind == "auto" and run.time is None and not read.moving:
+        notes.append(
+            "no column is called time, t or timestamp: every row counts as a posture at rest; if "
+            'there is a clock, name its column with time = "...".'
         )
     if run.segments.empty or run.segments.loaded or run.empty_recording:
         parts = _declared_parts(run, read, moving)
@@ -93,35 +104,26 @@ def identify(run: PayloadFile) -> HeldRecording:
         events, parts = _found_parts(means, learner, moving)
     fit = fit_payload(parts, learner)
     T = lie.transform(lie.rotation_from_rpy(run.sensor.rpy), run.sensor.xyz)
-    hint = better_entry(run, moving) if fit.unexplained.max() > POOR else ""
+    share = float(fit.unexplained.max())
+    hint = better_entry(run, moving, share) if share > DOUBTFUL else ""
     return HeldRecording(run, fit, events, tuple(notes), T, hint)
 
 
-def better_entry(run: PayloadFile, moving: bool) -> str:
-    """The entry that, written otherwise, would explain the wrench; "" if there is none."""
-    trials = {
-        f'frame = "{frame}"': replace(run, wrench=replace(run.wrench, frame=frame))
-        for frame in ("sensor", "base")
-        if frame != run.wrench.frame
-    }
-    if run.pose is not None:
-        other = not run.pose.inverse
-        pose = replace(run.pose, inverse=other)
-        trials[f"inverse = {str(other).lower()} under [pose]"] = replace(run, pose=pose)
-        swapped = {"xyz_xyzw": "xyz_wxyz", "xyz_wxyz": "xyz_xyzw", "xyzw": "wxyz", "wxyz": "xyzw"}
-        if run.pose.layout in swapped:
-            layout = swapped[run.pose.layout]
-            pose = replace(run.pose, layout=layout)
-            trials[f'layout = "{layout}"'] = replace(run, pose=pose)
-    turned = replace(run, sensor=replace(run.sensor, known="no"))
-    trials['known = "no" under [sensor]'] = turned
-    for words, trial in trials.items():
+def better_entry(run: PayloadFile, moving: bool, share: float) -> str:
+    """The entry that, written otherwise, would explain the wrench; "" if there is none.
+
+    Args:
+        run: as it is.
+        moving: whether its rows are moments of a motion.
+        share: of the wrench that it leaves unexplained.
+    """
+    for words, trial in other_entries(run).items():
         try:
             means = _means(trial, read_wrist(trial, trial.recording).samples, moving)
             fit = fit_payload([Part(means, ("load",))], _learner(trial))
         except InputError:
             continue
-        if fit.unexplained.max() < 0.5 * POOR:
+        if fit.unexplained.max() < min(0.5 * POOR, MUCH * share):
             return words
     return ""
 

@@ -17,18 +17,22 @@ from bodyschema.learning.payload.untold import SIX, moments_covariance, untold
 
 Array = NDArray[np.float64]
 
+DENSEST = 22600.0
+"""kg/m^3, osmium."""
+
 
 def payload_answer(held: HeldRecording) -> dict[str, Any]:
     """The answer in plain types, SI; masses in kg, moments about the centre of mass."""
     fit = held.fit
-    guess, P = fit.solution.guess, fit.solution.covariance
+    P = fit.solution.covariance
+    bias, bias_std = _offset(held)
     turn = np.degrees(lie.log_so3(fit.R))
     moving = [part.means for part in fit.parts]
     return {
         "loads": [_load(held, name) for name in fit.names],
         "sensor": {
-            "bias": (fit.R.T @ guess.bias.reshape(2, 3).T).T.ravel().tolist(),
-            "bias_std": np.sqrt(np.diag(P)[3:9]).tolist(),
+            "bias": bias.tolist(),
+            "bias_std": bias_std.tolist(),
             "turn_deg": turn.tolist(),
             "turn_std_deg": np.degrees(np.sqrt(np.diag(P)[:3])).tolist(),
             "noise": np.sqrt(fit.solution.levels.variance).tolist(),
@@ -42,6 +46,19 @@ def payload_answer(held: HeldRecording) -> dict[str, Any]:
         ],
         "notes": [*held.notes, *_doubts(held)],
     }
+
+
+def _offset(held: HeldRecording) -> tuple[Array, Array]:
+    """What the sensor adds to its reading, (6,) along its axes and with its sign, and the std."""
+    R, b = held.fit.R, held.fit.solution.guess.bias
+    sign = 1.0 if held.run.wrench.sign == "on_object" else -1.0
+    # R^T b under R <- exp(w) R, b <- b + db; force and torque alike.
+    J = np.zeros((6, 9))
+    for i in (0, 3):
+        J[i : i + 3, :3] = R.T @ lie.skew(b[i : i + 3])
+        J[i : i + 3, 3 + i : 6 + i] = R.T
+    P = J @ held.fit.solution.covariance[:9, :9] @ J.T
+    return sign * (b.reshape(2, 3) @ R).ravel(), np.sqrt(np.diag(P))
 
 
 def _load(held: HeldRecording, name: str) -> dict[str, Any]:
@@ -89,6 +106,13 @@ def _doubts(held: HeldRecording) -> list[str]:
                 'units, [sensor] rpy or known = "no", and which stretch is free of contact.'
             )
         )
+    elif held.hint:
+        found.append(
+            f"the load leaves {100 * share:.0f} % of the wrench unexplained; with {held.hint} it "
+            "would be far less: check that entry."
+        )
+    if any(_too_dense(held, name) for name in held.fit.names):
+        found.append("the load would be denser than any metal: check torque_unit and unit.")
     turn = float(np.degrees(np.linalg.norm(lie.log_so3(held.fit.R))))
     if held.run.sensor.known == "roughly" and turn > 15:
         found.append(
@@ -102,6 +126,14 @@ def _doubts(held: HeldRecording) -> list[str]:
             f"{wild} of {total} samples were left out as wild; something touched the load."
         )
     return found
+
+
+def _too_dense(held: HeldRecording, name: str) -> bool:
+    """Whether its spread, two deviations more, is below that of a ball of the densest metal."""
+    load, P = held.fit.loads[name], held.fit.covariance(name)
+    radius = (3 * max(load.mass, 0.0) / (4 * np.pi * DENSEST)) ** (1 / 3)
+    spread = np.trace(load.moments) + 2 * np.sqrt(moments_covariance(load, P).trace())
+    return bool(spread < 3 * 0.4 * load.mass * radius**2)
 
 
 def told(answer: dict[str, Any]) -> bool:
@@ -123,7 +155,7 @@ def describe(answer: dict[str, Any], out: Path) -> str:
         f"{_vector(np.array(sensor['turn_deg']), np.array(sensor['turn_std_deg']), 1, 'deg')}"
     )
     lines.append(
-        f"{100 * answer['unexplained']:.2g} % of the wrench is left unexplained; "
+        f"{100 * answer['unexplained']:.3g} % of the wrench is left unexplained; "
         f"{answer['samples']} samples, {answer['left_out']} of them left out."
     )
     before = None

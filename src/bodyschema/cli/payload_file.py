@@ -6,27 +6,25 @@
 
     [wrench]
     columns = ["fx", "fy", "fz", "tx", "ty", "tz"]
-    frame = "sensor"                        # the axes: "sensor", "flange", "base", a link of robot
-    sign = "on_sensor"                      # the load's pull on the sensor, or its own push on the
-                                            # load: "on_object"
+    frame = "sensor"                        # axes: "sensor", "flange", "tcp", "base", or a link
+    sign = "on_sensor"                      # the load's pull; "on_object": the push on the load
     force_unit = "N"                        # or kN, mN, kgf, gf, lbf
     torque_unit = "Nm"                      # or mNm, Ncm, Nmm, kgfm, kgfcm, lbfin, lbfft
-    about = "sensor"                        # the point of the torque, if not the sensor: "base"
+    about = "sensor"                        # origin of the torque; absent: of "frame" or sensor
     bias = "unknown"                        # or "none": tared with nothing on the sensor
 
     [pose]                                  # the flange in the base; or [joints], [gravity]
     columns = ["x", "y", "z", "qx", "qy", "qz", "qw"]
-    layout = "xyz_xyzw"                     # xyz_wxyz, xyz_rpy, xyz_rotvec, matrix3x4, matrix4x4,
-                                            # matrix4x4_columns; alone: xyzw, wxyz, rpy, rotvec,
-                                            # matrix3x3
+    layout = "xyz_xyzw"                     # xyz_wxyz, xyz_rpy, xyz_rotvec, matrix3x4, matrix4x4
+                                            # (_columns); alone: xyzw, wxyz, rpy, rotvec, matrix3x3
     unit = "m"
     angle_unit = "rad"                      # of rpy and rotvec
     inverse = false                         # columns hold the base seen from the flange
+    xyz = [0.0, 0.0, 0.0]                   # m, and rpy in rad: where the frame of the columns sits
+                                            # in the flange, if they are those of a tool ("tcp")
 
     robot = "arm.urdf"                      # instead of [pose], with
-    [joints]
-    unit = "rad"
-    columns = { elbow = "q3" }
+    joints = { columns = { elbow = "q3" } } # and unit = "rad" or "deg"
 
     [gravity]                               # besides or instead, along the sensor's axes
     columns = ["gx", "gy", "gz"]
@@ -43,8 +41,7 @@
     xyz = [0.0, 0.0, 0.0]                   # m, in that link or in the flange
     rpy = [0.0, 0.0, 0.0]                   # rad, fixed axes
     known = "roughly"                       # the turn: "exactly", "roughly" (5 degrees) or "no"
-    noise_N = 0.02                          # optional, for postures; else seen in the data
-    noise_Nm = 0.0005
+    noise_N = 0.02                          # and noise_Nm: optional, for postures
 
     [motion]
     kind = "auto"                           # "moving", or "postures": every row at rest
@@ -86,7 +83,7 @@ class WrenchColumns:
     sign: str
     force_unit: str = "N"
     torque_unit: str = "Nm"
-    about: str = "sensor"
+    about: str = ""
     bias: str = "unknown"
 
 
@@ -99,6 +96,8 @@ class PoseColumns:
     unit: str = "m"
     angle_unit: str = "rad"
     inverse: bool = False
+    xyz: tuple[float, ...] = (0.0, 0.0, 0.0)
+    rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -221,7 +220,7 @@ def _check(run: PayloadFile, where: str) -> None:
     chosen = (
         ("sign", run.wrench.sign, SIGNS),
         ("bias", run.wrench.bias, BIASES),
-        ("about", run.wrench.about, ("sensor", "flange", "base")),
+        ("about", run.wrench.about, ("", "sensor", "flange", "tcp", "base")),
         ("known", run.sensor.known, KNOWN),
         ("kind", run.motion.kind, MOTIONS),
     )
@@ -233,7 +232,8 @@ def _check(run: PayloadFile, where: str) -> None:
     for name in vectors:
         entry = getattr(run, name)
         counted += [(name, entry.columns, 3)] if entry else []
-    counted += [("xyz", run.sensor.xyz, 3), ("rpy", run.sensor.rpy, 3)]
+    for place in (run.sensor, run.pose or run.sensor):
+        counted += [("xyz", place.xyz, 3), ("rpy", place.rpy, 3)]
     for name, values, count in (*counted, ("down", run.motion.down, 3)):
         if len(values) != count:
             raise InputError(f"[{name}] of {where} needs {count} entries, it has {len(values)}.")

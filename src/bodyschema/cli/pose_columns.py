@@ -54,4 +54,9 @@ def pose_columns(values: Array, entry: PoseColumns) -> Array:
             f"layout '{entry.layout}': row {int(np.argmax(skewed > 0.02))} is no rotation matrix; "
             "check the columns and their order (row by row, or matrix4x4_columns)."
         )
-    return lie.inverse(T) if entry.inverse else T
+    return np.asarray((lie.inverse(T) if entry.inverse else T) @ lie.inverse(tool(entry)))
+
+
+def tool(entry: PoseColumns) -> Array:
+    """T_flange_tool (4, 4) of the frame that the columns hold."""
+    return lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)

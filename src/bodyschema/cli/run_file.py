@@ -42,6 +42,7 @@ from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+from bodyschema.cli.entry_types import check_types
 from bodyschema.errors import InputError, did_you_mean
 
 Table = TypeVar("Table")
@@ -184,6 +185,8 @@ def run_from_record(record: Mapping[str, Any]) -> RunFile:
 
 def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
     """A frozen record of a TOML table; lists become tuples."""
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
     for key in table:
         if key not in known:
@@ -193,6 +196,7 @@ def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
         if required and name not in table:
             raise InputError(f"{where} lacks the key '{name}'.")
     values = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
+    check_types(kind, values, where)
     made = kind(**values)
     _check(made, where)
     return made

@@ -5,7 +5,7 @@
     time = "t"                              # optional: the column of times
     hand = "tool0"                          # the frame whose pose is told
     links = ["link_2", "link_3"]            # optional: links whose outline is used, of those seen
-    faces = 1500                            # optional: of each link
+    faces = 1500                            # optional: of each link; 0 for all
 
     [joints]
     unit = "rad"                            # see the run file
@@ -50,9 +50,8 @@ less of the camera's turn about it than it seems to.
 
 from __future__ import annotations
 
-import math
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -154,29 +153,50 @@ def read_track_file(path: Path) -> TrackFile:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"'{path}' is not valid TOML: {error}.") from None
     here, where = path.resolve().parent, f"'{path.name}'"
-    cameras = {
-        name: entry_of(CameraEntry, _absolute(here, entry), f"[cameras.{name}] of {where}")
-        for name, entry in table.get("cameras", {}).items()
-    }
-    if not cameras:
+    given = table.get("cameras")
+    if not isinstance(given, dict) or not given:
         raise InputError(f"{where} names no camera; add a section [cameras.NAME].")
+    cameras = {
+        name: _absolute(here, entry_of(CameraEntry, entry, f"[cameras.{name}] of {where}"))
+        for name, entry in given.items()
+    }
     _check_sources(cameras, where)
-    named = [key for key in ("robot", "recording") if key in table]
-    paths: dict[str, Any] = {key: str(here / table[key]) for key in named}
     entries: dict[str, Any] = {
         **table,
-        **paths,
         "joints": entry_of(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
         "free": entry_of(FreeOffsets, table.get("free", {}), f"[free] of {where}"),
         "doubts": entry_of(DoubtEntry, table.get("doubts", {}), f"[doubts] of {where}"),
         "cameras": cameras,
     }
-    return entry_of(TrackFile, entries, where)
+    run = entry_of(TrackFile, entries, where)
+    _check_doubts(run, where)
+    return replace(run, robot=str(here / run.robot), recording=str(here / run.recording))
 
 
-def _absolute(here: Path, entry: dict[str, Any]) -> dict[str, Any]:
-    named = [key for key in ("images", "video", "masks") if entry.get(key)]
-    return {**entry, **{key: str(here / str(entry[key])) for key in named}}
+def _absolute(here: Path, entry: CameraEntry) -> CameraEntry:
+    images, video, masks = (
+        str(here / name) if name else "" for name in (entry.images, entry.video, entry.masks)
+    )
+    return replace(entry, images=images, video=video, masks=masks)
+
+
+def _check_doubts(run: TrackFile, where: str) -> None:
+    """What is wanted may be wrong, and by more than nothing."""
+    if not run.free.joints:
+        raise InputError(f"[free] of {where} names no joints; list those whose offset is wanted.")
+    if run.faces < 0:
+        raise InputError(f"faces = {run.faces} in {where}; give 1 or more, or 0 for all.")
+    spreads = {"offset_deg of [free]": run.free.offset_deg}
+    for name, entry in run.cameras.items():
+        if len(entry.xyz) != 3 or len(entry.rpy) != 3:
+            raise InputError(f"xyz and rpy of camera '{name}' of {where} must be three numbers.")
+        spreads |= {f"position_m of camera '{name}'": entry.position_m}
+        spreads |= {f"turn_deg of camera '{name}'": entry.turn_deg}
+    for name, spread in spreads.items():
+        if spread <= 0:
+            raise InputError(
+                f"{name} of {where} is {spread:g}; give a standard deviation above zero."
+            )
 
 
 def _check_sources(cameras: dict[str, CameraEntry], where: str) -> None:
@@ -191,12 +211,6 @@ def _check_sources(cameras: dict[str, CameraEntry], where: str) -> None:
             raise InputError(
                 f"camera '{name}' of {where} has a start, and pictures have no clock; give it a "
                 "video, or leave start out to match all by row."
-            )
-        known = isinstance(entry.start, int | float) and math.isfinite(entry.start)
-        if entry.start is not None and not known:
-            raise InputError(
-                f"start of camera '{name}' of {where} is {entry.start!r}; give the time in s, on "
-                "the recording's clock, at which its video begins."
             )
     timed = {name: entry.start is not None for name, entry in cameras.items()}
     if any(timed.values()) and not all(timed.values()):

@@ -23,7 +23,7 @@ from bodyschema.cli.physical_units import (
     TURNS,
     factor,
 )
-from bodyschema.cli.pose_columns import pose_columns
+from bodyschema.cli.pose_columns import pose_columns, tool
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.recording.recording import TIME_COLUMNS, UNITS, Recording
 from bodyschema.recording.tables import open_recording
@@ -70,6 +70,7 @@ def read_wrist(run: PayloadFile, files: Sequence[str]) -> WristRecording:
         read, filled = recording.matrix(run.gravity.columns, "1")
         gravity = factor(run.gravity.unit, ACCELERATIONS) * read
         seen &= filled
+        _check_strength(gravity[filled], down, run.gravity.unit)
         if run.gravity.kind == "accelerometer":
             gravity = -gravity
         elif run.gravity.kind != "gravity":
@@ -84,7 +85,7 @@ def read_wrist(run: PayloadFile, files: Sequence[str]) -> WristRecording:
             "two are needed."
         )
     T = None if poses is None else poses[rows] @ _mount(run)
-    wrench = _to_sensor(run, wrench[rows], T, None if poses is None else poses[rows], body)
+    wrench = _to_sensor(run, wrench[rows], None if poses is None else poses[rows], body)
     placed = T is not None and bool(np.any(T[:, :3, 3]))
     carried = run.gravity is not None and run.gravity.kind == "accelerometer"
     if clocked and not (placed or carried or {"velocity", "acceleration"} & set(vectors)):
@@ -113,6 +114,16 @@ def _times(run: PayloadFile, recording: Recording) -> tuple[bool, Array]:
         )
     time = recording.time(run.time)
     return clocked, time * (UNITS[run.time_unit] if clocked else 1.0)
+
+
+def _check_strength(gravity: Array, down: Array, unit: str) -> None:
+    """Gravity in a wrong unit would be mass in a wrong unit."""
+    felt, there = float(np.median(np.linalg.norm(gravity, axis=1))), float(np.linalg.norm(down))
+    if not 0.5 * there < felt < 2 * there:
+        raise InputError(
+            f"[gravity] is {felt:.4g} m/s^2 long where {there:.4g} is expected: its unit was "
+            f'"{unit}"; write unit = "g" for columns of length 1, or check the columns.'
+        )
 
 
 def _mount(run: PayloadFile) -> Array:
@@ -191,38 +202,39 @@ def _along(
     return out
 
 
-def _to_sensor(
-    run: PayloadFile, wrench: Array, T_base_sensor: Array | None, flange: Array | None,
-    body: Body | None,
-) -> Array:  # fmt: skip
+def _to_sensor(run: PayloadFile, wrench: Array, flange: Array | None, body: Body | None) -> Array:
     """(n, 6) N and Nm by the sensor on the object, along the sensor's axes, about its origin."""
     entry = run.wrench
     sign = 1.0 if entry.sign == "on_object" else -1.0
     f = sign * factor(entry.force_unit, FORCES) * wrench[:, :3]
     tau = sign * factor(entry.torque_unit, TORQUES) * wrench[:, 3:]
-    if entry.frame == "sensor":
-        return np.hstack([f, tau])
-    if T_base_sensor is None or flange is None:
-        raise InputError(
-            f"a wrench along the axes of '{entry.frame}' needs the sensor's orientation: "
-            "add [pose], or robot and [joints]."
-        )
-    here, about = lie.inverse(T_base_sensor), entry.about
-    if entry.frame == "base":
-        R, p = here[:, :3, :3], here[:, :3, 3] if about == "base" else np.zeros(3)
-    elif entry.frame == "flange":
-        T = np.asarray(lie.inverse(_mount(run)))
-        R, p = T[:3, :3], T[:3, 3]
-    else:
-        if body is None or run.pose is not None:
-            known = ("sensor", "flange", "base")
-            raise InputError(f"frame = '{entry.frame}'{did_you_mean(entry.frame, known)}")
-        raise_unknown = body.frame_index(entry.frame)
-        T = _link_in_sensor(run, body, raise_unknown)
-        R, p = T[:3, :3], T[:3, 3]
+    about = entry.about or ("sensor" if entry.frame == "base" else entry.frame)
+    R = _in_sensor(run, entry.frame, flange, body)[..., :3, :3]
+    p = _in_sensor(run, about, flange, body)[..., :3, 3]
     f_s = (R @ f[..., None])[..., 0]
-    tau_s = (R @ tau[..., None])[..., 0] + np.cross(np.broadcast_to(p, f_s.shape), f_s)
-    return np.hstack([f_s, tau_s])
+    return np.hstack([f_s, (R @ tau[..., None])[..., 0] + np.cross(p, f_s)])
+
+
+def _in_sensor(run: PayloadFile, frame: str, flange: Array | None, body: Body | None) -> Array:
+    """T_sensor_frame, (4, 4) or one a row, of a frame that a wrench is written in."""
+    if frame == "sensor":
+        return np.eye(4)
+    if frame == "base":
+        if flange is None:
+            raise InputError(
+                "a wrench along the axes or about the origin of 'base' needs the sensor's "
+                "orientation: add [pose], or robot and [joints]."
+            )
+        return np.asarray(lie.inverse(flange @ _mount(run)))
+    here = np.asarray(lie.inverse(_mount(run)))
+    if frame == "flange":
+        return here
+    if frame == "tcp" and run.pose is not None:
+        return here @ tool(run.pose)
+    if body is None or run.pose is not None:
+        known = ("sensor", "flange", "tcp", "base")
+        raise InputError(f"frame = '{frame}'{did_you_mean(frame, known)}")
+    return _link_in_sensor(run, body, body.frame_index(frame))
 
 
 def _link_in_sensor(run: PayloadFile, body: Body, link: int) -> Array:

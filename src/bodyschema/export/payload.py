@@ -35,6 +35,7 @@ HEADING = """\
 What hangs on a wrist, found by bodyschema. SI: kg, m, kg m^2.
 com and inertia: along the sensor's axes as declared, inertia about the centre of mass; std are one
 standard deviation. flange: the same along the flange's axes from its origin.
+sensor: bias is what it adds to its reading, along its own axes, with the sign of the recording.
 not_told: what the motion did not show; do not use these numbers.
 controllers: calls and data for robot controllers, in the flange frame."""
 

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from bodyschema.body.kinematics import relative_pose_derivatives
 from bodyschema.body.parameters import Parameters, free_joints
 from bodyschema.body.tree import Body
+from bodyschema.errors import InputError
 from bodyschema.imagination.correspondences import find_rim, rim_slopes
 from bodyschema.imagination.normal_search import search_masks
 from bodyschema.imagination.poses import piece_poses
@@ -191,6 +192,8 @@ class WatchedImages:
 
     def _normal(self, x: Array, seen: Images) -> tuple[Array, Array]:
         """H (n, n) and g (n,) of one image at x."""
+        if not seen.masked:
+            raise InputError("a watched outline is looked for in masks (bool); got images.")
         surface, free = self.finder.surface, self._parameters
         posed = self.body.with_parameters(free, x)
         T = piece_poses(posed, seen.q, seen.cameras, surface.frames)[0]

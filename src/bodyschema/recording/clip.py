@@ -100,6 +100,11 @@ def join_clip(
     if fps is not None and not 0 < fps < np.inf:
         raise InputError(f"frames a second must be above zero; got {fps}.")
     if video.files and fps is None:
+        if start:
+            raise InputError(
+                f"pictures that go with the rows of {track.source} have no clock; to match them by "
+                "time from --start on, say how many frames a second (--fps)."
+            )
         if len(video.files) != len(track.time):
             raise InputError(
                 f"there are {len(video.files)} pictures and {len(track.time)} rows of "

@@ -2,7 +2,8 @@
 
 Round each sample position and turn are polynomials of fourth order in time, fitted to the samples
 nearby; their slopes at the sample are the velocities. Turns are rotation vectors relative to the
-sample's own orientation, where the slope is the angular velocity itself.
+sample's own orientation, where the slope is the angular velocity itself. No polynomial reaches
+over a gap, where the wrist may have gone anywhere; a short stretch gets one of lower order.
 """
 
 from __future__ import annotations
@@ -11,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.kernels import kernel
+from bodyschema.senses.even_samples import GAP
 from bodyschema.senses.wrist_samples import WristSamples
 
 Array = NDArray[np.float64]
 
 STENCIL = 0.02
 """s: a velocity is read from the samples this near, or from two on each side."""
+
+SHORT = 0.1
+"""s without a sample that are no gap yet, however quick the samples."""
 
 
 def twists(samples: WristSamples) -> tuple[Array, Array]:
@@ -26,7 +31,8 @@ def twists(samples: WristSamples) -> tuple[Array, Array]:
     if samples.rotation is not None and n >= 5:
         p = np.zeros((n, 3)) if samples.position is None else samples.position
         R = np.ascontiguousarray(samples.rotation)
-        v, w = _twists(samples.time, R, np.ascontiguousarray(p), STENCIL)
+        gap = max(GAP * float(np.median(np.diff(samples.time))), SHORT)
+        v, w = _twists(samples.time, R, np.ascontiguousarray(p), STENCIL, gap)
     if samples.velocity is not None:
         v = samples.to_sensor(samples.velocity)
     if samples.angular_velocity is not None:
@@ -35,23 +41,31 @@ def twists(samples: WristSamples) -> tuple[Array, Array]:
 
 
 @kernel
-def _twists(time: Array, R: Array, p: Array, reach: float) -> tuple[Array, Array]:
+def _twists(time: Array, R: Array, p: Array, reach: float, gap: float) -> tuple[Array, Array]:
     """Slopes at 0 of local polynomials of fourth order through p and the turns from R_k."""
     n = time.shape[0]
     v, w = np.zeros((n, 3)), np.zeros((n, 3))
+    low, high = 0, -1
     for k in range(n):
+        if k > high:
+            low = high = k
+            while high < n - 1 and time[high + 1] - time[high] <= gap:
+                high += 1
+        if high == low:
+            continue
         a, b = k, k
-        while a > 0 and (k - a < 2 or time[k] - time[a - 1] <= reach):
+        while a > low and (k - a < 2 or time[k] - time[a - 1] <= reach):
             a -= 1
-        while b < n - 1 and (b - k < 2 or time[b + 1] - time[k] <= reach):
+        while b < high and (b - k < 2 or time[b + 1] - time[k] <= reach):
             b += 1
         if b - a < 4:
-            a, b = max(0, min(a, b - 4)), min(n - 1, max(b, a + 4))
+            a, b = max(low, min(a, b - 4)), min(high, max(b, a + 4))
+        order = min(4, b - a)
         scale = max(time[k] - time[a], time[b] - time[k])
-        V, s = np.empty((b - a + 1, 5)), np.empty((b - a + 1, 6))
+        V, s = np.empty((b - a + 1, order + 1)), np.empty((b - a + 1, 6))
         for j in range(a, b + 1):
             u, power = (time[j] - time[k]) / scale, 1.0
-            for m in range(5):
+            for m in range(order + 1):
                 V[j - a, m] = power
                 power *= u
             T = R[k].T @ R[j]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bodyschema.attention.contingency import Contingency, called_me, probability, weigh
-from bodyschema.attention.visual_jacobian import Sums, empty, faded, joined
+from bodyschema.attention.visual_jacobian import MotionSums, empty, faded, joined
 
 J, LAGS, LAG = 4, 4, 2
 PRECISION = 1 / 100.0**2
@@ -44,7 +44,7 @@ def flows(rng: np.random.Generator, x: np.ndarray) -> np.ndarray:
     return y + NOISE * rng.normal(size=y.shape)
 
 
-def judged(seed: int, count: int) -> tuple[Contingency, Sums, np.ndarray]:
+def judged(seed: int, count: int) -> tuple[Contingency, MotionSums, np.ndarray]:
     """Odds and belief after some motions, and each motion's score of the lags."""
     rng = np.random.default_rng(seed)
     parts = motions(rng, count)
@@ -69,7 +69,7 @@ def by_kind(P: np.ndarray) -> dict[str, np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def late() -> tuple[Contingency, Sums, np.ndarray]:
+def late() -> tuple[Contingency, MotionSums, np.ndarray]:
     return judged(0, 12)
 
 

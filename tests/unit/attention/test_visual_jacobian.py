@@ -6,7 +6,7 @@ import numpy as np
 from scipy.stats import multivariate_normal
 
 from bodyschema.attention.visual_jacobian import (
-    Sums,
+    MotionSums,
     empty,
     explained,
     faded,
@@ -27,7 +27,7 @@ def recorded(rng: np.random.Generator, frames: int) -> tuple[np.ndarray, np.ndar
     return x, np.einsum("tj,ncj->tnc", x, K) + rng.normal(size=(frames, N, 2))
 
 
-def summed(x: np.ndarray, y: np.ndarray) -> Sums:
+def summed(x: np.ndarray, y: np.ndarray) -> MotionSums:
     sums = empty(1, J, N)
     for turn, flow in zip(x, y, strict=True):
         sums = sums.add(turn[None], flow)

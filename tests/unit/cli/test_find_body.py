@@ -105,6 +105,9 @@ def test_a_folder_of_pictures_with_one_row_each(clip, tmp_path, attempt):
     folder.mkdir()
     for frame in Video.open(clip[0]).frames():
         cv2.imwrite(str(folder / f"{frame.index}.png"), frame.image)
+    code, _, err = attempt("--start", "2", source=folder)
+    assert code == 2
+    assert "say how many frames a second" in err
     code, out, _ = attempt("--json", "--pictures", "0", source=folder)
     assert code == 0
     assert json.loads(out)["frames_left_out"] == 0
@@ -154,6 +157,9 @@ def put(name, row, value):
         (("--camera-joints", "neck"), None, "no joint 'neck'"),
         (("--fps", "0"), None, "frames a second must be above zero"),
         (("--cell", "0"), None, "cell"),
+        (("--pictures", "-3"), None, "give 0 or more"),
+        (("--start", "nan"), None, "--start is nan"),
+        (("--episode", "3"), None, "choose from a LeRobot data set"),
     ],
 )
 def test_bad_input_ends_in_one_sentence(attempt, tmp_path, arguments, change, message):

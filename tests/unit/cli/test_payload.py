@@ -181,6 +181,89 @@ def test_flange_axes_and_a_sensor_that_sits_elsewhere(folder, capsys, truth):
     np.testing.assert_allclose(answer["loads"][0]["flange"]["com"], expected.com, atol=3e-4)
 
 
+def test_the_offset_is_told_with_the_sign_of_the_recording(folder, capsys, truth):
+    samples, _, sensor = truth
+    table = {"t": samples.time} | columns(WRENCH, -samples.wrench) | pose_columns(samples)
+    write_table(folder / "log.csv", table)
+    (folder / "run.toml").write_text(
+        MINIMAL.replace("on_object", "on_sensor") + '[sensor]\nrpy = [0, 0, 1.5]\nknown = "no"\n'
+    )
+    code, answer = asked(folder, capsys)
+    assert code == 0
+    found = answer["sensor"]
+    np.testing.assert_allclose(found["bias"], -sensor.bias, atol=5e-3)
+    off = (np.array(found["bias"]) + sensor.bias) / found["bias_std"]
+    assert np.abs(off).max() < 4
+
+
+@pytest.mark.parametrize("about", ["tcp", "base"])
+def test_poses_of_a_tool_and_torques_about_it(folder, capsys, truth, about):
+    samples, _, _ = truth
+    T_flange_tool = lie.transform(lie.rotation_from_rpy([0.1, 0.0, 0.3]), [0.0, 0.02, 0.15])
+    T_base_sensor = lie.transform(samples.rotation, samples.position)
+    T_flange_sensor = lie.transform(np.eye(3), [0.0, 0.0, 0.03])
+    poses = T_base_sensor @ lie.inverse(T_flange_sensor) @ T_flange_tool
+    f = (samples.rotation @ samples.wrench[:, :3, None])[..., 0]
+    tau = (samples.rotation @ samples.wrench[:, 3:, None])[..., 0]
+    point = poses[:, :3, 3] if about == "tcp" else np.zeros(3)
+    tau += np.cross(samples.position - point, f)
+    turns = np.array([lie.log_so3(R) for R in poses[:, :3, :3]])
+    names = [f"actual_TCP_pose_{k}" for k in range(6)]
+    table = {"timestamp": samples.time} | columns(WRENCH, np.hstack([f, tau]))
+    write_table(folder / "log.csv", table | columns(names, np.hstack([poses[:, :3, 3], turns])))
+    text = MINIMAL.split("[pose]")[0].replace('"sensor"', f'"base"\nabout = "{about}"')
+    (folder / "run.toml").write_text(
+        text + f"[pose]\ncolumns = {json.dumps(names)}\nlayout = 'xyz_rotvec'\n"
+        "xyz = [0.0, 0.02, 0.15]\nrpy = [0.1, 0.0, 0.3]\n[sensor]\nxyz = [0.0, 0.0, 0.03]\n"
+    )
+    code, answer = asked(folder, capsys)
+    assert code == 0
+    check_box(answer)
+    expected = BOX.in_frame(T_flange_sensor)
+    np.testing.assert_allclose(answer["loads"][0]["flange"]["com"], expected.com, atol=3e-4)
+
+
+def test_poses_that_are_held_with_gaps_between(folder, capsys, truth):
+    samples, _, sensor = truth
+    rows = np.repeat(np.linspace(0, len(samples) - 1, 8).astype(int), 100)
+    rest = np.einsum("nji,j->ni", samples.rotation[rows], [0, 0, 9.81]) * BOX.mass
+    y = np.hstack([rest, np.cross(BOX.com, rest)])
+    y += sensor.noise * np.random.default_rng(3).normal(size=y.shape)
+    time = np.concatenate([5.0 * k + np.arange(100) / 100 for k in range(8)])
+    write_table(
+        folder / "log.csv", {"t": time} | columns(WRENCH, y) | pose_columns(samples.take(rows))
+    )
+    code, answer = asked(folder, capsys)
+    assert code == 0
+    check_box(answer, com=2e-3)
+
+
+def test_gravity_in_an_undeclared_unit_is_refused(folder, capsys, truth):
+    samples, _, _ = truth
+    down = -samples.rotation[:, 2]
+    table = {"t": samples.time} | columns(WRENCH, samples.wrench) | columns("abc", down)
+    write_table(folder / "log.csv", table)
+    text = MINIMAL.split("[pose]")[0] + '[gravity]\ncolumns = ["a", "b", "c"]\n'
+    (folder / "run.toml").write_text(text)
+    assert run(["payload", str(folder / "run.toml"), "--out", str(folder / "out")]) == 2
+    assert 'unit = "g"' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "hint"),
+    [
+        ('frame = "sensor"', 'frame = "sensor"\ntorque_unit = "Nmm"', "denser than any metal"),
+        ('frame = "sensor"', 'frame = "sensor"\ntorque_unit = "kgfm"', 'torque_unit = "Nm"'),
+        ("[pose]", '[pose]\nunit = "mm"', 'unit = "m" under [pose]'),
+        ("[pose]", '[pose]\nlayout = "xyz_wxyz"', 'layout = "xyz_xyzw" under [pose]'),
+    ],
+)
+def test_the_entry_that_is_wrong_is_named(folder, capsys, old, new, hint):
+    (folder / "run.toml").write_text(MINIMAL.replace(old, new))
+    _, answer = asked(folder, capsys)
+    assert any(hint in note for note in answer["notes"]), answer["notes"]
+
+
 def test_an_object_is_told_from_the_gripper_by_its_segments(folder, capsys):
     rng = np.random.default_rng(7)
     grip = draw_load(rng, 0.4)

@@ -83,6 +83,14 @@ def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFi
         (("mask_{row:03}", "nothing_{row}"), "no picture at"),
         (("cameras.eye", "eyes.eye"), "names no camera"),
         (('hand = "fore"', 'hand = "for"'), "fore"),
+        (('robot = "arm.urdf"', "robot = 3"), "robot = 3 in 'track.toml'; expected text"),
+        (("[cameras.eye]", "[cameras]\neye = 3\n[other]"), "must be a section with keys"),
+        (("[0.0, 1.2, 0.2]", "[0.0, 1.2]"), "must be three numbers"),
+        (("[0.0, 1.2, 0.2]", "[nan, 1.2, 0.2]"), "expected a list, each a finite number"),
+        (('"bend"]', '"bend"]\noffset_deg = nan'), "expected a finite number"),
+        (('"bend"]', '"bend"]\noffset_deg = -1'), "a standard deviation above zero"),
+        (('["lift", "bend"]', '"lift"'), "expected a list, each text"),
+        (('["lift", "bend"]', "[]"), "names no joints"),
     ],
 )
 def test_what_cannot_be_read_is_told(

@@ -117,7 +117,7 @@ def test_a_video_becomes_a_corrected_robot_and_a_page(
         ("clock.csv", 'video = "eye.mp4"\nstart = 7.0', "the rows from 100.000 s"),
         ("rows.csv", 'video = "eye.mp4"\nimages = "{row}.png"', "needs either images"),
         ("rows.csv", 'images = "{row}.png"\nstart = 1.0', "pictures have no clock"),
-        ("rows.csv", 'video = "eye.mp4"\nstart = "now"', "start of camera 'eye'"),
+        ("rows.csv", 'video = "eye.mp4"\nstart = "now"', "start = 'now' in [cameras.eye]"),
         ("rows.csv", 'video = "ear.mp4"', "no video at"),
     ],
 )
@@ -177,5 +177,7 @@ def test_frames_of_two_cameras_must_belong_together() -> None:
     assert numbers.tolist() == [[0, 0], [1, 1], [5, 2], [6, 3], [7, 4]]
     np.testing.assert_allclose(time, clock[[0, 1, 5, 6, 7]])
     np.testing.assert_allclose(q[:, 0], time)
+    numbers, _, _ = _by_time(track, [clock, clock[::2]])  # a camera of half the rate
+    assert numbers.tolist() == [[0, 0], [2, 1], [4, 2], [6, 3]]
     with pytest.raises(InputError, match="within half a frame"):
         _by_time(track, [clock, clock + 50])

@@ -11,6 +11,7 @@ from bodyschema.errors import InputError
 from bodyschema.senses.wrench_means import WIDTH, Averaging, at_moments, postures, sensor_noise
 from bodyschema.senses.wrenches import Wrenches
 from bodyschema.senses.wrist_samples import WristSamples
+from bodyschema.senses.wrist_twists import twists
 from bodyschema.simulation.loads import Held, Sensor, draw_motion, feel, record, wire_box
 
 BOX = wire_box()
@@ -111,3 +112,11 @@ def test_known_accelerations_need_no_mean(motion):
 def test_the_way_down_must_be_known():
     with pytest.raises(InputError, match="way down"):
         WristSamples(np.arange(3.0), np.zeros((3, 6)))
+
+
+def test_velocities_do_not_reach_over_a_gap(samples):
+    rows = np.r_[0:150, 350:353, 360:400]
+    split = samples.take(rows)
+    later = replace(split, time=split.time + 8.0 * (rows >= 350) + 8.0 * (rows >= 360))
+    for got, wanted in zip(twists(later), twists(samples), strict=True):
+        np.testing.assert_allclose(got, wanted[rows], atol=0.02 * np.abs(wanted).max())

@@ -112,16 +112,17 @@ class ContourTracker:
 
     def step(self, state: TrackState, seen: Images) -> tuple[TrackState, TrackInfo]:
         """The state after one more picture."""
-        if state.lost:
-            state = self._search(state, seen)
-        model, before = state.model, state.hypotheses
+        begun = self._search(state, seen) if state.lost else state
+        model, before = begun.model, begun.hypotheses
         found = [Hypothesis.followed(model, one.z, one.keys, one.colours, seen) for one in before]
         matched = max(one.matched for one in found)
         if is_lost(matched, seen.masked):
-            return replace(state, lost=True), _info(model, before, matched, True)
+            # What a search finds in a picture without the body does not replace what was known.
+            known = state if state.hypotheses else begun
+            return replace(known, lost=True), _info(model, known.hypotheses, matched, True)
         alive = survivors([replace(one, keys=self._kept(one)) for one in found])
         reviewed = tuple(_reviewed(model, one) for one in alive)
-        return replace(state, hypotheses=reviewed), _info(model, alive, alive[0].matched, False)
+        return replace(begun, hypotheses=reviewed), _info(model, alive, alive[0].matched, False)
 
     def _search(self, state: TrackState, seen: Images) -> TrackState:
         """From guesses, by the key pictures and this one."""
