@@ -52,8 +52,8 @@ WRONG = np.deg2rad(15)
 JUDGED = (0, 60, 120)
 """Frames of vislab whose hand is looked at."""
 
-SIMULATED = Doubts(focal=0, centre=0, turn=0)
-"""The cameras of vislab are a simulator's; its meshes are thinned out."""
+SIMULATED = Doubts(focal=0, centre=0, turn=0, shape=0)
+"""The cameras and the meshes of vislab are those of the simulator that drew its pictures."""
 
 SEEDS = 512
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.confirming import Moved, next_motion, verdict, with_motion
 from bodyschema.attention.contingency import Contingency, called_me, probability, weigh
-from bodyschema.attention.flow import cell_flow, prepare, reduction, repeats
+from bodyschema.attention.flow import cell_flow, in_company, prepare, reduction, repeats
 from bodyschema.attention.frames import check_frame, check_settings, grid
 from bodyschema.attention.lag import LagBelief, after_motion
 from bodyschema.attention.motor import MotionCutter, Motor
@@ -220,7 +220,7 @@ class BodyFinder:
         return BodyInView(
             time=state.time, joints=self.joints, size=state.size, cell_px=self.cell_px,
             probability=P.reshape(shape), mask=mask.reshape(shape),
-            now=self._moving(state).reshape(shape),
+            now=in_company(self._moving(state).reshape(shape)),
             joint=np.where(mask, own[furthest(K[..., own], evidence[own])], -1).reshape(shape),
             evidence=evidence.reshape(len(self.joints), *shape),
             lag_s=LAG_STEP * state.lag.lag(), lag_sd_s=lag_sd, motions=state.odds.motions,

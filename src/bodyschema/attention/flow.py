@@ -29,6 +29,7 @@ from bodyschema.attention.background import background_flow
 from bodyschema.errors import MissingExtraError
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 Grey = NDArray[np.uint8]
 
 WORKING_WIDTH = 300
@@ -41,6 +42,8 @@ LITTLE, ENOUGH = 0.1, 0.4
 """Support at which nothing and all of a cell's motion is believed."""
 SAME = 5.0
 """Grey values: mean difference that video coding leaves in a cell of a repeated picture."""
+COMPANY = 3
+"""Neighbours, of eight, that move with a cell: fewer at a shadow's edge than on a body."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,20 @@ def repeats(before: Grey, after: Grey, cell_px: int, factor: int) -> bool:
     """Whether no cell of a prepared image differs from the one before beyond noise and coding."""
     difference = opencv().absdiff(before, after)
     return float(cell_means(difference.astype(np.float32), cell_px // factor).max()) < SAME
+
+
+def in_company(moves: Flags) -> Flags:
+    """Moving cells that have at least `COMPANY` moving cells among their eight neighbours.
+
+    Past the border the picture is mirrored about the outermost cells, so that what enters there is
+    not cut short and no cell is its own neighbour.
+
+    Args:
+        moves: (rows, cols), at least two either way.
+    """
+    around = np.pad(moves, 1, mode="reflect").astype(np.int64)
+    blocks = np.lib.stride_tricks.sliding_window_view(around, (3, 3))
+    return np.asarray(moves & (blocks.sum(axis=(2, 3)) - moves >= COMPANY))
 
 
 def _mismatch(before: Grey, after: Grey, flow: Array, side: int) -> Array:

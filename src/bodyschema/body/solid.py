@@ -114,6 +114,8 @@ class Solid:
             MissingExtraError: trimesh is not installed.
         """
         (s,) = _positive([scale], 1, "the scale of a mesh is one number")
+        if not Path(path).is_file():
+            raise InputError(f"no mesh at '{path}'; give the path of an STL, OBJ or DAE file.")
         visual = Visual("object", np.eye(4), "mesh", (s, s, s), str(path))
         return _placed(*triangles_of(visual), T)
 

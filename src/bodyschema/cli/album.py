@@ -95,7 +95,8 @@ class Album:
         """What is wanted, with its prior."""
         free = self.run.free
         offsets = free_joints(self.body, ["offsets"], free.joints)
-        parts = [offsets.with_prior(np.full(len(offsets), np.deg2rad(free.offset_deg)))]
+        wrong = {"rad": float(np.deg2rad(free.offset_deg)), "m": free.offset_mm / 1e3}
+        parts = [offsets.with_prior(np.array([wrong[unit] for unit in offsets.units]))]
         for name, entry in self.run.cameras.items():
             if entry.known == "roughly":
                 turn = float(np.deg2rad(entry.turn_deg))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import tyro
 
-from bodyschema.atomic import check_new_folder, new_folder
+from bodyschema.atomic import new_folder
 from bodyschema.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -70,7 +70,6 @@ class FindBody:
         from bodyschema.cli.body_search import search
         from bodyschema.cli.found_answer import describe_found, found_json, write_found
 
-        check_new_folder(self.out, self.overwrite)
         self._check()
         clip = self._clip()
         _refuse_stillness(clip)
@@ -91,15 +90,26 @@ class FindBody:
 
     def _check(self) -> None:
         """Refuse flags that cannot be used, or would be left unheard."""
+        from bodyschema.recording.lerobot import is_lerobot
+
         if self.pictures < 0:
             raise InputError(f"--pictures is {self.pictures}; give 0 or more.")
         if not np.isfinite(self.start):
             raise InputError(f"--start is {self.start}; give a time in s.")
         timed, listed = self.start != 0 or self.fps is not None, self.episode != 0 or self.camera
-        if self.encoders is None and timed:
+        if self.encoders is None and timed and is_lerobot(self.source):
             raise InputError("a LeRobot data set has a clock of its own; leave --start and --fps.")
         if self.encoders is not None and listed:
             raise InputError("--episode and --camera choose from a LeRobot data set; leave them.")
+        self._check_place()
+
+    def _check_place(self) -> None:
+        """Refuse a folder that holds an input or something that is no answer of `find-body`."""
+        from bodyschema.export.result_folder import check_place, refuse_inputs
+
+        source = self.source / "*" if self.source.is_dir() else self.source
+        refuse_inputs(self.out, [source, *([self.encoders] if self.encoders else [])])
+        check_place(self.out, self.overwrite, "found.json")
 
     def _clip(self) -> Clip:
         """The video with its readings."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.cli.other_entries import other_entries
 from bodyschema.cli.payload_file import PayloadFile
+from bodyschema.cli.pose_columns import check_speed
 from bodyschema.cli.wrist_columns import WristRecording, read_wrist
 from bodyschema.errors import InputError
 from bodyschema.learning.payload.clock_lag import clock_lag, shifted
@@ -81,6 +82,8 @@ def identify(run: PayloadFile) -> HeldRecording:
     """
     read = read_wrist(run, run.recording)
     learner, moving = _learner(run), _moving(run, read)
+    if moving and read.samples.position is not None:
+        check_speed(read.samples.time, read.samples.position)
     notes, events = list(read.notes), tuple[Happening, ...]()
     if run.motion.kind == "auto" and read.moving and not moving:
         step = float(np.median(np.diff(read.samples.time)))
@@ -185,7 +188,7 @@ def _declared_parts(run: PayloadFile, read: WristRecording, moving: bool) -> lis
             if len(rows) < 2:
                 raise InputError(
                     f"segment {name} = [{low:g}, {high:g}] holds {len(rows)} rows; the recording "
-                    f"runs from {t[0]:g} to {t[-1]:g} s."
+                    f"runs from {t[0]:.13g} to {t[-1]:.13g} s."
                 )
             parts.append(Part(_means(run, read.samples.take(rows), moving), loads))
     if run.empty_recording and not run.segments.loaded:

@@ -8,7 +8,7 @@ from typing import Any
 
 from bodyschema.cli.payload_file import PayloadFile
 
-ALTERNATIVES = {
+ALTERNATIVES: dict[str, dict[str, tuple[str, ...]]] = {
     "wrench": {"frame": ("sensor", "base"), "about": ("base",), "torque_unit": ("Nm", "Nmm")},
     "pose": {"unit": ("m", "mm"), "angle_unit": ("rad", "deg")},
 }
@@ -26,7 +26,8 @@ def other_entries(run: PayloadFile) -> dict[str, PayloadFile]:
     trials = dict[str, PayloadFile]()
     for key, words in ALTERNATIVES["wrench"].items():
         for word in (word for word in words if word != getattr(run.wrench, key)):
-            wrench = replace(run.wrench, **{key: word})
+            change: dict[str, Any] = {key: word}
+            wrench = replace(run.wrench, **change)
             trials[f'{key} = "{word}"'] = replace(run, wrench=wrench)
     if run.pose is not None:
         changes: list[tuple[str, Any]] = [("inverse", not run.pose.inverse)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from bodyschema.atomic import check_new_folder, new_folder
+from bodyschema.atomic import new_folder
 
 if TYPE_CHECKING:
     from bodyschema.cli.held_recording import HeldRecording
@@ -38,9 +38,13 @@ class PayloadVerb:
         from bodyschema.cli.held_recording import identify
         from bodyschema.cli.payload_answer import describe, payload_answer, told
         from bodyschema.cli.payload_file import read_payload_file
+        from bodyschema.export.result_folder import check_place, refuse_inputs
 
-        check_new_folder(self.out, self.overwrite)
         run = read_payload_file(self.run_file)
+        files = (run.robot, run.empty_recording, *run.recording)
+        inputs = [Path(name) for name in files if name]
+        refuse_inputs(self.out, [self.run_file, *inputs])
+        check_place(self.out, self.overwrite, "payload.yaml")
         held = identify(run)
         answer = payload_answer(held)
         with new_folder(self.out, self.overwrite) as folder:

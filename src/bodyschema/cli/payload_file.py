@@ -220,7 +220,7 @@ def _check(run: PayloadFile, where: str) -> None:
     chosen = (
         ("sign", run.wrench.sign, SIGNS),
         ("bias", run.wrench.bias, BIASES),
-        ("about", run.wrench.about, ("", "sensor", "flange", "tcp", "base")),
+        ("about", run.wrench.about or "sensor", ("sensor", "flange", "tcp", "base")),
         ("known", run.sensor.known, KNOWN),
         ("kind", run.motion.kind, MOTIONS),
     )

@@ -22,6 +22,9 @@ ORIENTATIONS = {
 }
 """Layouts without a position, and the ones that they are a part of."""
 
+FASTEST = 50.0
+"""m/s, beyond any wrist."""
+
 COLUMN_ORDER = [0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15]
 
 
@@ -60,3 +63,18 @@ def pose_columns(values: Array, entry: PoseColumns) -> Array:
 def tool(entry: PoseColumns) -> Array:
     """T_flange_tool (4, 4) of the frame that the columns hold."""
     return lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
+
+
+def check_speed(time: Array, position: Array) -> None:
+    """Refuse positions (n, 3) m that fly, (n,) s: a wrong unit of length or time.
+
+    Raises:
+        InputError: half of the steps are quicker than any wrist.
+    """
+    ways = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    speed = float(np.median(ways / np.diff(time)))
+    if speed > FASTEST:
+        raise InputError(
+            f"the sensor would move at {speed:.3g} m/s (median): check unit under [pose] (m, mm, "
+            "...) and time_unit."
+        )

@@ -95,7 +95,7 @@ def _between(samples: WristSamples, low: float, high: float) -> WristSamples:
     if len(rows) < 2 or time[rows[-1]] - time[rows[0]] < SHORTEST:
         raise InputError(
             f"quiet = [{low:g}, {high:g}] holds {len(rows)} rows of the recording, which runs from "
-            f"{time[0]:g} to {time[-1]:g} s; give {SHORTEST:g} s of motion or more."
+            f"{time[0]:.13g} to {time[-1]:.13g} s; give {SHORTEST:g} s of motion or more."
         )
     return samples.take(rows)
 

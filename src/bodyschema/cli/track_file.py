@@ -14,6 +14,7 @@
     [free]
     joints = ["elbow"]                      # joints whose offset is wanted
     offset_deg = 8.0                        # how wrong they may be, one standard deviation
+    offset_mm = 5.0                         # the same of joints that slide
 
     [doubts]                                # optional: what cameras and meshes may have wrong
     focal_percent = 0.5                     # one standard deviation each; 0 for none
@@ -69,6 +70,7 @@ class FreeOffsets:
 
     joints: tuple[str, ...]
     offset_deg: float = 8.0
+    offset_mm: float = 5.0
 
 
 @dataclass(frozen=True)
@@ -187,6 +189,7 @@ def _check_doubts(run: TrackFile, where: str) -> None:
     if run.faces < 0:
         raise InputError(f"faces = {run.faces} in {where}; give 1 or more, or 0 for all.")
     spreads = {"offset_deg of [free]": run.free.offset_deg}
+    spreads |= {"offset_mm of [free]": run.free.offset_mm}
     for name, entry in run.cameras.items():
         if len(entry.xyz) != 3 or len(entry.rpy) != 3:
             raise InputError(f"xyz and rpy of camera '{name}' of {where} must be three numbers.")

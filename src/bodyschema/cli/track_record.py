@@ -8,10 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from bodyschema.atomic import check_new_folder
 from bodyschema.cli.album import Album, picture_path
-from bodyschema.errors import InputError
-from bodyschema.export.result_folder import refuse_inputs, run_record, sha256
+from bodyschema.export import result_folder
 
 
 def track_record(album: Album, command: str) -> dict[str, Any]:
@@ -22,7 +20,7 @@ def track_record(album: Album, command: str) -> dict[str, Any]:
         command: the command line that asks for the same.
     """
     run = album.run
-    record = run_record(Path(run.robot), {**asdict(run), "inputs": _videos(album)})
+    record = result_folder.run_record(Path(run.robot), {**asdict(run), "inputs": _videos(album)})
     hashes = {**record["sha256"], **dict(_picture_hashes(album))}
     return {**record, "sha256": hashes, "command": command}
 
@@ -33,15 +31,10 @@ def check_place(folder: Path, overwrite: bool, run_file: Path, album: Album) -> 
     Raises:
         InputError: it does, or it cannot be written.
     """
-    check_new_folder(folder, overwrite)
     first = [picture_path(p, album.numbers[0, c]) for p, c in _patterns(album)]
     named = [Path(album.run.robot), Path(album.run.recording), *map(Path, _videos(album))]
-    refuse_inputs(folder, [run_file, *named, *first])
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / "track.json").is_file():
-        raise InputError(
-            f"'{folder}' holds something other than an answer of track; --overwrite will not "
-            "remove it, name another folder."
-        )
+    result_folder.refuse_inputs(folder, [run_file, *named, *first])
+    result_folder.check_place(folder, overwrite, "track.json")
 
 
 def _videos(album: Album) -> list[str]:
@@ -60,5 +53,5 @@ def _picture_hashes(album: Album) -> Iterator[tuple[str, str]]:
         whole = hashlib.sha256()
         for number in album.numbers[:, c]:
             path = picture_path(pattern, number)
-            whole.update(sha256(path).encode() if path.is_file() else b"-")
+            whole.update(result_folder.sha256(path).encode() if path.is_file() else b"-")
         yield pattern, whole.hexdigest()

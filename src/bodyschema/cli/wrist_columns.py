@@ -232,8 +232,8 @@ def _in_sensor(run: PayloadFile, frame: str, flange: Array | None, body: Body | 
     if frame == "tcp" and run.pose is not None:
         return here @ tool(run.pose)
     if body is None or run.pose is not None:
-        known = ("sensor", "flange", "tcp", "base")
-        raise InputError(f"frame = '{frame}'{did_you_mean(frame, known)}")
+        known = ("sensor", "flange", *(["tcp"] if run.pose else []), "base")
+        raise InputError(f"frame or about = '{frame}'{did_you_mean(frame, known)}")
     return _link_in_sensor(run, body, body.frame_index(frame))
 
 

@@ -37,7 +37,8 @@ com and inertia: along the sensor's axes as declared, inertia about the centre o
 standard deviation. flange: the same along the flange's axes from its origin.
 sensor: bias is what it adds to its reading, along its own axes, with the sign of the recording.
 not_told: what the motion did not show; do not use these numbers.
-controllers: calls and data for robot controllers, in the flange frame."""
+controllers: calls and data for robot controllers, in the flange frame; what is not told is a guess
+there too."""
 
 CLOSING = re.compile(rb"</\s*robot\s*>\s*$")
 

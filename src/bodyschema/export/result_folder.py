@@ -83,16 +83,21 @@ def write_result(
     return [folder / name for name in files]
 
 
-def check_place(folder: Path, overwrite: bool) -> None:
+def check_place(folder: Path, overwrite: bool, mark: str = "calibration.yaml") -> None:
     """Refuse a folder that could not be written, before any work is spent.
 
     Only a folder that holds an earlier result may be replaced.
+
+    Args:
+        folder: for the result.
+        overwrite: whether an earlier one may be replaced.
+        mark: the file by which an earlier one is known.
 
     Raises:
         InputError: it holds something else, or its place cannot be written.
     """
     check_new_folder(folder, overwrite)
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / "calibration.yaml").is_file():
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
         raise InputError(
             f"'{folder}' holds something other than a result; --overwrite will not remove it, "
             "name another folder."

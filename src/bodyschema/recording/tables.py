@@ -51,7 +51,10 @@ def _open_one(path: Path) -> Recording:
 def _read_csv(path: Path) -> Recording:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file, skipinitialspace=True) if row]
+            mark = _separator(file.readline(), file.readline())
+            file.seek(0)
+            lines = csv.reader(file, delimiter=mark, skipinitialspace=True)
+            rows = [row for row in lines if row]
     except (csv.Error, UnicodeDecodeError) as error:
         raise InputError(f"'{path}' is no readable CSV text: {error}.") from None
     if len(rows) < 2:
@@ -77,6 +80,17 @@ def _read_csv(path: Path) -> Recording:
         if blank.any():
             empty[name] = blank
     return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
+
+
+def _separator(header: str, first: str) -> str:
+    """A comma, or what else cuts a header without commas and the first row into equal counts."""
+    for mark in () if "," in header else (";", "\t", " "):
+        cut = [
+            len(row) for row in csv.reader([header, first], delimiter=mark, skipinitialspace=True)
+        ]
+        if len(cut) == 2 and cut[0] == cut[1] > 1:
+            return mark
+    return ","
 
 
 def _refuse_repeated(header: Sequence[str], path: Path) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.body.tree import Body
+from bodyschema.errors import InputError
 from bodyschema.imagination.surface import Surface
 from bodyschema.learning.images.contour_tracker import ContourTracker
 from bodyschema.learning.images.doubts import Doubts
@@ -85,3 +86,13 @@ METHODS: dict[str, Method] = {
     "track": Method(_tracker, gated=True),
 }
 """The methods by name."""
+
+
+def check_particles(particles: int) -> None:
+    """Refuse a study with nothing to learn with.
+
+    Raises:
+        InputError: fewer than two hypotheses.
+    """
+    if particles < 2:
+        raise InputError(f"--particles is {particles}; give 2 or more.")

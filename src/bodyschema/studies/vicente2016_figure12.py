@@ -16,7 +16,7 @@ import numpy as np
 from bodyschema.acting.servoing import Servoing
 from bodyschema.report.figure import AFTER, BEFORE, GREY
 from bodyschema.simulation.seeing_icub import Scene, SeeingIcub
-from bodyschema.studies.hand_methods import METHODS
+from bodyschema.studies.hand_methods import METHODS, check_particles
 from bodyschema.studies.hand_summary import band, mean_and_sd, text
 from bodyschema.studies.meeting_hands import APART, BEGINNINGS, ENDS, both_offsets
 from bodyschema.studies.study import Result, Rows, Task
@@ -55,6 +55,9 @@ class Figure12:
     """Of the open loop."""
     closed_frames: int = 50
     """Of the closed loop."""
+
+    def __post_init__(self) -> None:
+        check_particles(self.particles)
 
     def tasks(self) -> Sequence[Task]:
         """One meeting with one method."""

@@ -21,6 +21,7 @@ from bodyschema.learning.images.particle_filter import ParticleFilter
 from bodyschema.report.figure import AFTER, BEFORE
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import SeeingIcub
+from bodyschema.studies.hand_methods import check_particles
 from bodyschema.studies.hand_movements import true_offsets, visible_postures
 from bodyschema.studies.hand_summary import mean_and_sd, text
 from bodyschema.studies.study import Result, Rows, Task
@@ -57,6 +58,9 @@ class Generalisation:
     """Hypotheses."""
     frames: int = 120
     """Images that are learned from."""
+
+    def __post_init__(self) -> None:
+        check_particles(self.particles)
 
     def tasks(self) -> Sequence[Task]:
         """One time, both ways of saying it."""

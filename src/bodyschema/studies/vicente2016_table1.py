@@ -15,7 +15,7 @@ import numpy as np
 from bodyschema.acting.servoing import Servoing
 from bodyschema.report.figure import AFTER, BEFORE, GREY
 from bodyschema.simulation.seeing_icub import Scene
-from bodyschema.studies.hand_methods import METHODS
+from bodyschema.studies.hand_methods import METHODS, check_particles
 from bodyschema.studies.hand_movements import FINALS, INITIALS
 from bodyschema.studies.hand_summary import band, curves, mean_and_sd, stored, text, within_band
 from bodyschema.studies.study import Result, Rows, Task
@@ -67,6 +67,9 @@ class Table1:
     """Of the open loop."""
     closed_frames: int = 50
     """Of the closed loop."""
+
+    def __post_init__(self) -> None:
+        check_particles(self.particles)
 
     def tasks(self) -> Sequence[Task]:
         """One movement, with both models."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bodyschema.attention.background import background_flow
-from bodyschema.attention.flow import CellFlow, cell_flow, prepare, reduction, repeats
+from bodyschema.attention.flow import CellFlow, cell_flow, in_company, prepare, reduction, repeats
 
 cv2 = pytest.importorskip("cv2")
 
@@ -78,6 +78,24 @@ def test_a_repeated_picture_is_told_from_motion():
     first = prepare(noisy(with_patch(wall, 64.0), 1), 16)
     assert repeats(first, prepare(noisy(with_patch(wall, 64.0), 2), 16), 16, 1)
     assert not repeats(first, prepare(noisy(with_patch(wall, 66.0), 2), 16), 16, 1)
+
+
+def flags(*rows: str) -> np.ndarray:
+    return np.array([[cell == "#" for cell in row] for row in rows])
+
+
+def test_lone_cells_and_thin_lines_are_no_company():
+    moves = flags("#....#..", "........", "..#.....", "........", ".#####..", "........", ".......#")
+    assert not in_company(moves).any()
+    block = flags("......", ".##...", ".##.#.", "......")
+    np.testing.assert_array_equal(in_company(block), flags("......", ".##...", ".##...", "......"))
+
+
+def test_what_enters_at_the_border_stays_whole():
+    enters = flags("......", "...###", "...###", "......", "......", "##....")
+    kept = in_company(enters)
+    np.testing.assert_array_equal(kept[:5], enters[:5])
+    assert not kept[5].any()
 
 
 @pytest.mark.parametrize(

@@ -183,3 +183,23 @@ def test_sources_that_are_none(clip, tmp_path, capsys):
     cut.write_bytes(cut.read_bytes()[:2000])
     assert run(["find-body", str(cut), "--encoders", str(clip[1])]) == 2
     assert "cannot be read as a video" in capsys.readouterr().err
+
+
+def test_inputs_and_other_things_are_never_replaced(clip, tmp_path, capsys):
+    video, table = map(str, clip)
+    frames, other = tmp_path / "frames", tmp_path / "other"
+    for folder in (frames, other):
+        folder.mkdir()
+    (other / "thesis.tex").write_text("years of work")
+    cv2.imwrite(str(frames / "0.png"), np.zeros((64, 64, 3), np.uint8))
+    for source, out, message in (
+        (frames, frames, "inputs are never touched"),
+        (frames, tmp_path, "inputs are never touched"),
+        (frames / "{row}.png", frames, "inputs are never touched"),
+        (video, other, "something other than a result"),
+    ):
+        words = ["find-body", str(source), "--encoders", table, *DEGREES, "--overwrite"]
+        assert run([*words, "--out", str(out)]) == 2
+        assert message in capsys.readouterr().err
+    assert (frames / "0.png").is_file()
+    assert (other / "thesis.tex").is_file()

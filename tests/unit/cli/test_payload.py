@@ -254,7 +254,6 @@ def test_gravity_in_an_undeclared_unit_is_refused(folder, capsys, truth):
     [
         ('frame = "sensor"', 'frame = "sensor"\ntorque_unit = "Nmm"', "denser than any metal"),
         ('frame = "sensor"', 'frame = "sensor"\ntorque_unit = "kgfm"', 'torque_unit = "Nm"'),
-        ("[pose]", '[pose]\nunit = "mm"', 'unit = "m" under [pose]'),
         ("[pose]", '[pose]\nlayout = "xyz_wxyz"', 'layout = "xyz_xyzw" under [pose]'),
     ],
 )
@@ -303,8 +302,9 @@ def test_postures_without_a_clock_tell_no_inertia(folder, capsys, truth):
         ('"on_object"', '"up"', "sign = 'up'"),
         ('"fy"', '"fyy"', "did you mean 'fy'"),
         ('frame = "sensor"\n', "", "lacks the key 'frame'"),
-        ('frame = "sensor"', 'frame = "tool9"', "frame = 'tool9'"),
+        ('frame = "sensor"', 'frame = "tool9"', "about = 'tool9'"),
         ("[pose]", "[pse]", "unknown key 'pse'"),
+        ('recording = "log.csv"', 'recording = "log.csv"\ntime_unit = "us"', "would move at"),
         ("[pose]", '[pose]\nunit = "furlong"', "unknown unit 'furlong'"),
         ("[pose]", '[pose]\nlayout = "xyz_rpy"', "has 6 columns, 7 were named"),
         ('"qw"]', '"qw"]\n[segments]\nempty = [90, 99]', "holds 0 rows"),
@@ -345,3 +345,16 @@ def test_one_posture_is_a_no(folder, capsys, truth):
     code, answer = asked(folder, capsys)
     assert code == 1
     assert {"mass", "com"} <= {one["what"] for one in answer["loads"][0]["not_told"]}
+
+
+def test_inputs_and_other_things_are_never_replaced(folder, capsys):
+    (folder / "other").mkdir()
+    (folder / "other" / "thesis.tex").write_text("years of work")
+    for out, message in (
+        (folder, "inputs are never touched"),
+        (folder / "other", "something other than a result"),
+    ):
+        assert run(["payload", str(folder / "run.toml"), "--out", str(out), "--overwrite"]) == 2
+        assert message in capsys.readouterr().err
+    assert (folder / "log.csv").is_file()
+    assert (folder / "other" / "thesis.tex").is_file()

@@ -71,6 +71,8 @@ def test_settings_that_are_no_numbers_are_refused():
         (["nabeshima", "figure9", "--ramp-s", "-1"], "takes no time or some; got -1 s"),
         (["nabeshima", "hand-eye", "--points", "0"], "at least one point of the rod; got 0"),
         (["nabeshima", "hand-eye", "--speed", "0"], "speed above zero; got 0"),
+        (["vicente2016", "table1", "--particles", "0"], "--particles is 0; give 2 or more"),
+        (["vicente2016", "figure12", "--particles", "1"], "--particles is 1; give 2 or more"),
     ],
 )
 def test_impossible_settings_are_refused(arguments, message, capsys):

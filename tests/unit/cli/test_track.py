@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 import bodyschema as bs
 from bodyschema.cli import run
+from bodyschema.cli.album import Album
 from bodyschema.cli.track_answer import describe
+from bodyschema.cli.track_file import read_track_file
+from bodyschema.export.tracked_files import Settled
 from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses
+from bodyschema.learning.estimate import Estimate
+from bodyschema.learning.identifiability import Identifiability
+from bodyschema.report.tracking.application import TrackApplication
 from small_arm import CAMERA, POSTURES, TRACK, WRONG, write_arm
 
 cv2 = pytest.importorskip("cv2")
@@ -103,6 +111,27 @@ def test_what_cannot_be_read_is_told(
     command = ["track", str(folder / "track.toml"), "--out", str(folder / "out"), "--seeds", "0"]
     assert run(command) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_joint_that_slides_is_doubted_and_told_in_mm(folder: Path) -> None:
+    """Its offset is a length: neither 8 degrees nor any other angle."""
+    urdf = (folder / "arm.urdf").read_text()
+    head, bend = urdf.split('<joint name="bend"')
+    slide = bend.replace("revolute", "prismatic")
+    assert slide != bend
+    (folder / "arm.urdf").write_text(f'{head}<joint name="bend"{slide}')
+    album = Album.open(read_track_file(folder / "track.toml"))
+    parameters = album.parameters
+    np.testing.assert_allclose(parameters.prior_std, [np.deg2rad(8), 0.005])
+    said = Identifiability(8, (), np.zeros(2))
+    estimate = Estimate(album.body, parameters, np.array([0.01, 0.01]), 1e6 * np.eye(2))
+    fit = SimpleNamespace(estimate=estimate, identifiability=said, lost=False)
+    evidence: Any = SimpleNamespace(
+        settled=Settled.of(cast("Any", fit)), nominal=album.nominal, run={"robot": "arm.urdf"}
+    )
+    page = TrackApplication(evidence).render()
+    assert "lift.offset  +0.573 deg" in page
+    assert "bend.offset  +10.000 mm" in page
 
 
 def test_a_hand_that_never_shows_is_told_apart_from_a_body_that_is_not_there() -> None:

@@ -105,6 +105,20 @@ def test_what_cannot_be_used_is_named(
         table.matrix(names, unit)
 
 
+@pytest.mark.parametrize("mark", [";", "\t", " ", "  ", ", "])
+def test_other_separators_are_seen(csv: Callable[[str], Recording], mark: str) -> None:
+    table = csv("\ufeff" + "\n".join(mark.join(row) for row in (("t", "q1", "z"), "123", "456")))
+    assert {name: list(v) for name, v in table.columns.items()} == {
+        "t": [1.0, 4.0],
+        "q1": [2.0, 5.0],
+        "z": [3.0, 6.0],
+    }
+
+
+def test_a_single_column_with_a_space_in_its_name_is_one(csv: Callable[[str], Recording]) -> None:
+    assert list(csv("joint angle\n0.5\n").columns) == ["joint angle"]
+
+
 def test_spaces_quotes_blank_lines_and_byte_order_marks(csv: Callable[[str], Recording]) -> None:
     table = csv('\ufeff a , "b"\r\n 1 , 2\r\n\r\n3,\r\n')
     assert table.columns["a"].tolist() == [1, 3]

@@ -41,12 +41,11 @@ def sobol_seeds(parameters: Parameters, n: int, seed: int) -> Array:
 
     Args:
         parameters: with priors; one without takes its scale.
-        n: how many, rounded up to a power of two.
+        n: how many.
         seed: of the scrambling.
     """
-    u = qmc.Sobol(len(parameters), rng=np.random.default_rng(seed)).random_base2(
-        max(n - 1, 1).bit_length()
-    )
+    sobol = qmc.Sobol(len(parameters), rng=np.random.default_rng(seed))
+    u = sobol.random_base2(max(n - 1, 1).bit_length())[:n]  # whole powers of two are even
     x = parameters.scale * ndtri(np.clip(u, 1e-6, 1 - 1e-6))
     x[0] = 0.0
     return np.asarray(np.clip(x, -parameters.bound, parameters.bound))

@@ -74,7 +74,7 @@ class Markerless:
     surface: Surface
     """What shows of the body."""
     seeds: int = 1024
-    """Guesses, rounded up to a power of two; 0 trusts the body as it is."""
+    """Guesses; 0 trusts the body as it is."""
     postures: int = 3
     """On which guesses are tried."""
     refined: int = 6

@@ -5,11 +5,10 @@ from __future__ import annotations
 import shlex
 from dataclasses import dataclass
 
-import numpy as np
-
 from bodyschema.export.urdf_edits import described, urdf_edits
 from bodyschema.report.page import render
 from bodyschema.report.tracking.evidence import TrackEvidence
+from bodyschema.report.units import SHOWN
 
 
 @dataclass(frozen=True)
@@ -24,6 +23,8 @@ class TrackApplication:
         evidence, settled = self.evidence, self.evidence.settled
         source = str(evidence.run.get("robot") or "")
         edits = urdf_edits(evidence.nominal, described(evidence.nominal, settled.body))
+        parameters = settled.fit.estimate.parameters
+        units = dict(zip(parameters.names, parameters.units, strict=True))
         return render(
             "tracking/application.html",
             lost=settled.fit.lost,
@@ -31,8 +32,13 @@ class TrackApplication:
             diff=shlex.join(["diff", source, "robot.urdf"]),
             edits=len(edits),
             offsets=[
-                (name, f"{float(np.rad2deg(value)):+.3f}")
-                for name, value in settled.corrections.items()
+                (name, _signed(value, units[name])) for name, value in settled.corrections.items()
             ],
             transforms=settled.transforms,
         )
+
+
+def _signed(value: float, unit: str) -> str:
+    """An offset in deg or mm."""
+    scale, name = SHOWN[unit]
+    return f"{scale * value:+.3f} {name}"
