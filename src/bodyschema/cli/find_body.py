@@ -67,8 +67,8 @@ class FindBody:
     def run(self) -> int:
         """Look at every frame, write; returns 1 when nothing was found."""
         from bodyschema.attention.finder import BodyFinder
-        from bodyschema.cli.body_search import search
-        from bodyschema.cli.found_answer import describe_found, found_json, write_found
+        from bodyschema.cli.finding.body_search import search
+        from bodyschema.cli.finding.found_answer import describe_found, found_json, write_found
 
         self._check()
         clip = self._clip()

@@ -12,12 +12,12 @@ import tyro
 from bodyschema.atomic import new_folder
 
 if TYPE_CHECKING:
-    from bodyschema.cli.held_recording import HeldRecording
+    from bodyschema.cli.wrist.held_recording import HeldRecording
 
 
 @dataclass(frozen=True)
 class PayloadVerb:
-    """Find mass, centre of mass and inertia of what a wrist carries (see cli/payload_file).
+    """Find mass, centre of mass and inertia of what a wrist carries (see docs/payload.md).
 
     Exit code 1 if the motion does not tell the mass or the centre of mass.
     """
@@ -35,9 +35,9 @@ class PayloadVerb:
 
     def run(self) -> int:
         """Read, fit, write; returns 1 when mass or centre of mass is not told."""
-        from bodyschema.cli.held_recording import identify
-        from bodyschema.cli.payload_answer import describe, payload_answer, told
-        from bodyschema.cli.payload_file import read_payload_file
+        from bodyschema.cli.wrist.held_recording import identify
+        from bodyschema.cli.wrist.payload_answer import describe, payload_answer, told
+        from bodyschema.cli.wrist.payload_file import read_payload_file
         from bodyschema.export.result_folder import check_place, refuse_inputs
 
         run = read_payload_file(self.run_file)

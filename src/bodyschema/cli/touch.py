@@ -13,7 +13,7 @@ import tyro
 from bodyschema.errors import InputError
 
 if TYPE_CHECKING:
-    from bodyschema.cli.touch_file import TouchFile
+    from bodyschema.cli.wrist.touch_file import TouchFile
     from bodyschema.learning.touch.finder import Touch
     from bodyschema.senses.wrist_samples import WristSamples
 
@@ -33,7 +33,7 @@ REACH95 = 2.4477
 
 @dataclass(frozen=True)
 class TouchVerb:
-    """Find touches of what a wrist holds (see cli/touch_file).
+    """Find touches of what a wrist holds (see docs/touch.md).
 
     Exit code 1 if the quiet motion does not tell the load well enough.
     """
@@ -45,11 +45,11 @@ class TouchVerb:
 
     def run(self) -> int:
         """Read, learn the load, search; returns 1 when the load is not told."""
-        from bodyschema.cli.held_recording import identify
-        from bodyschema.cli.payload_answer import payload_answer, told
-        from bodyschema.cli.payload_file import Segments
-        from bodyschema.cli.touch_file import read_touch_file
-        from bodyschema.cli.wrist_columns import read_wrist
+        from bodyschema.cli.wrist.held_recording import identify
+        from bodyschema.cli.wrist.payload_answer import payload_answer, told
+        from bodyschema.cli.wrist.payload_file import Segments
+        from bodyschema.cli.wrist.touch_file import read_touch_file
+        from bodyschema.cli.wrist.wrist_columns import read_wrist
 
         file = read_touch_file(self.run_file)
         samples = read_wrist(file.run, file.run.recording).samples
@@ -72,7 +72,7 @@ class TouchVerb:
 def _search(
     file: TouchFile, quiet: WristSamples, samples: WristSamples, solution: Any
 ) -> list[Touch]:
-    from bodyschema.cli.touch_file import solid_of
+    from bodyschema.cli.wrist.touch_file import solid_of
     from bodyschema.learning.touch.known_load import KnownLoad
     from bodyschema.learning.touch.search import TouchSearch
     from bodyschema.senses.wrench_means import Averaging

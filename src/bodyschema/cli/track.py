@@ -18,7 +18,7 @@ from bodyschema.errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from bodyschema.cli.album import Album
+    from bodyschema.cli.tracking.album import Album
     from bodyschema.learning.images.hand_track import HandPose, HandTracker
 
 Item = TypeVar("Item")
@@ -26,7 +26,7 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class Track:
-    """Find joint offsets and hand pose from images, without markers (see cli/track_file).
+    """Find joint offsets and hand pose from images, without markers (see docs/tracking.md).
 
     Exit code 1 if the body was not found in the pictures.
     """
@@ -53,11 +53,11 @@ class Track:
         """Learn, look at every moment, write; returns 1 when the body was not found."""
         from rich.console import Console
 
-        from bodyschema.cli.album import Album
-        from bodyschema.cli.track_answer import describe, track_json
-        from bodyschema.cli.track_file import read_track_file
-        from bodyschema.cli.track_folder import TrackFolder
-        from bodyschema.cli.track_record import check_place, track_record
+        from bodyschema.cli.tracking.album import Album
+        from bodyschema.cli.tracking.track_answer import describe, track_json
+        from bodyschema.cli.tracking.track_file import read_track_file
+        from bodyschema.cli.tracking.track_folder import TrackFolder
+        from bodyschema.cli.tracking.track_record import check_place, track_record
         from bodyschema.export.tracked_files import Settled
         from bodyschema.learning.images.image_seeds import spread_out
 

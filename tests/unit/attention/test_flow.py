@@ -85,7 +85,9 @@ def flags(*rows: str) -> np.ndarray:
 
 
 def test_lone_cells_and_thin_lines_are_no_company():
-    moves = flags("#....#..", "........", "..#.....", "........", ".#####..", "........", ".......#")
+    moves = flags(
+        "#....#..", "........", "..#.....", "........", ".#####..", "........", ".......#"
+    )
     assert not in_company(moves).any()
     block = flags("......", ".##...", ".##.#.", "......")
     np.testing.assert_array_equal(in_company(block), flags("......", ".##...", ".##...", "......"))

@@ -12,9 +12,9 @@ import pytest
 
 import bodyschema as bs
 from bodyschema.cli import run
-from bodyschema.cli.album import Album
-from bodyschema.cli.track_answer import describe
-from bodyschema.cli.track_file import read_track_file
+from bodyschema.cli.tracking.album import Album
+from bodyschema.cli.tracking.track_answer import describe
+from bodyschema.cli.tracking.track_file import read_track_file
 from bodyschema.export.tracked_files import Settled
 from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses

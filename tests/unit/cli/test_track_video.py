@@ -11,8 +11,8 @@ import pytest
 import bodyschema as bs
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.cli import run
-from bodyschema.cli.album import Album, _by_time
-from bodyschema.cli.track_file import read_track_file
+from bodyschema.cli.tracking.album import Album, _by_time
+from bodyschema.cli.tracking.track_file import read_track_file
 from bodyschema.errors import InputError
 from bodyschema.imagination.contours import silhouette
 from bodyschema.imagination.poses import piece_poses

@@ -27,8 +27,8 @@ from typing import Any
 from bodyschema import lie
 from bodyschema.body.solid import Solid
 from bodyschema.body.tree import Body
-from bodyschema.cli.payload_file import PayloadFile, read_payload_file
 from bodyschema.cli.run_file import entry_of
+from bodyschema.cli.wrist.payload_file import PayloadFile, read_payload_file
 from bodyschema.errors import InputError
 
 SHAPES = ("box", "cylinder", "ball", "mesh", "link")

@@ -18,7 +18,7 @@ from bodyschema.body.camera import Camera
 from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
 from bodyschema.body.tree import Body
 from bodyschema.cli.loading import read_joints, read_robot
-from bodyschema.cli.track_file import CameraEntry, TrackFile
+from bodyschema.cli.tracking.track_file import CameraEntry, TrackFile
 from bodyschema.errors import InputError
 from bodyschema.recording.joint_track import LONGEST_GAP, JointTrack
 from bodyschema.recording.recording import TIME_COLUMNS, Recording

@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 from typing import Any
 
-from bodyschema.cli.payload_file import PayloadFile
+from bodyschema.cli.wrist.payload_file import PayloadFile
 
 ALTERNATIVES: dict[str, dict[str, tuple[str, ...]]] = {
     "wrench": {"frame": ("sensor", "base"), "about": ("base",), "torque_unit": ("Nm", "Nmm")},

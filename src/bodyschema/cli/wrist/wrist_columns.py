@@ -13,8 +13,8 @@ from bodyschema import lie
 from bodyschema.body.kinematics import relative_pose
 from bodyschema.body.tree import Body
 from bodyschema.cli.loading import read_joints, read_robot
-from bodyschema.cli.payload_file import PayloadFile, VectorColumns
-from bodyschema.cli.physical_units import (
+from bodyschema.cli.wrist.payload_file import PayloadFile, VectorColumns
+from bodyschema.cli.wrist.physical_units import (
     ACCELERATIONS,
     FORCES,
     SPEEDS,
@@ -23,7 +23,7 @@ from bodyschema.cli.physical_units import (
     TURNS,
     factor,
 )
-from bodyschema.cli.pose_columns import pose_columns, tool
+from bodyschema.cli.wrist.pose_columns import pose_columns, tool
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.recording.recording import TIME_COLUMNS, UNITS, Recording
 from bodyschema.recording.tables import open_recording

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.payload_file import PoseColumns
-from bodyschema.cli.physical_units import factor
+from bodyschema.cli.wrist.payload_file import PoseColumns
+from bodyschema.cli.wrist.physical_units import factor
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.recording.recording import UNITS
 from bodyschema.senses.layouts import LAYOUTS, poses_from_columns

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.body.inertia import PHI, Inertia
-from bodyschema.cli.held_recording import POOR, HeldRecording
+from bodyschema.cli.wrist.held_recording import POOR, HeldRecording
 from bodyschema.export.payload import controller_forms
 from bodyschema.learning.payload.learner import com_covariance
 from bodyschema.learning.payload.untold import SIX, moments_covariance, untold

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.other_entries import other_entries
-from bodyschema.cli.payload_file import PayloadFile
-from bodyschema.cli.pose_columns import check_speed
-from bodyschema.cli.wrist_columns import WristRecording, read_wrist
+from bodyschema.cli.wrist.other_entries import other_entries
+from bodyschema.cli.wrist.payload_file import PayloadFile
+from bodyschema.cli.wrist.pose_columns import check_speed
+from bodyschema.cli.wrist.wrist_columns import WristRecording, read_wrist
 from bodyschema.errors import InputError
 from bodyschema.learning.payload.clock_lag import clock_lag, shifted
 from bodyschema.learning.payload.learner import LoadLearner

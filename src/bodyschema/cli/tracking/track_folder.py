@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bodyschema.acting.telling_posture import telling_posture
 from bodyschema.atomic import new_folder
-from bodyschema.cli.album import Album
+from bodyschema.cli.tracking.album import Album
 from bodyschema.errors import MissingExtraError
 from bodyschema.export.tracked_files import Settled
 from bodyschema.imagination.overlay import overlay, save_png

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from bodyschema.cli.album import Album, picture_path
+from bodyschema.cli.tracking.album import Album, picture_path
 from bodyschema.export import result_folder
 
 

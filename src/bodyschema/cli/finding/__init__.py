@@ -1,0 +1,1 @@
+"""`bodyschema find-body`: the search over a clip, and what it answers."""

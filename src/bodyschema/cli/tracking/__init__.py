@@ -1,0 +1,1 @@
+"""`bodyschema track`: its file, its pictures, its folder and what it answers."""
