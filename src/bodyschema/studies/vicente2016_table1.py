@@ -124,9 +124,11 @@ class Table1:
         return Rows(head, rows, self._notes(summary))
 
     def _notes(self, summary: Mapping[str, Any]) -> list[str]:
+        tracked = self.method == "track"
+        weighed = "First guesses still followed" if tracked else "Effective sample size"
         return [
             f"{self.runs} movements (paper: 120), {self.particles} particles, {self.scene} scene.",
-            f"Effective sample size over their number: {summary['ess_first']:.3f} in the first ten "
+            f"{weighed} over their number: {summary['ess_first']:.3f} in the first ten "
             f"frames, {summary['ess_last']:.3f} in the last ten of the open loop.",
             f"Normalised error squared of the pose at the end of the open loop, mean: "
             f"{summary['nees']:.2f} with the same model, {summary['mismatched']['nees']:.2f} with "

@@ -94,7 +94,7 @@ def test_lone_cells_and_thin_lines_are_no_company():
 
 
 def test_what_enters_at_the_border_stays_whole():
-    enters = flags("......", "...###", "...###", "......", "......", "##....")
+    enters = flags("......", ".....#", "....##", "....##", "......", "##....")
     kept = in_company(enters)
     np.testing.assert_array_equal(kept[:5], enters[:5])
     assert not kept[5].any()
