@@ -30,6 +30,9 @@ from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "egl")  # read when mujoco is first imported
 
+import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must come before numpy)
+
+# isort: split
 import numpy as np
 
 from bodyschema.acting.trajectory import joint_trajectory
