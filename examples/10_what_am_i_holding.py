@@ -42,4 +42,4 @@ print(f"  its centre of mass: {np.round(1e3 * thing.com, 1)} mm, truth {1e3 * bo
 
 bound = watch.learner.certificate(state.belief)
 print(f"the hand's mass is known to {1e3 * bound.mass_bound:.2f} g,", end=" ")
-print(f"its centre to {1e3 * bound.com_bound:.2f} mm (95 %)")
+print(f"its centre to {1e3 * bound.com_bound:.2f} mm (99 %)")

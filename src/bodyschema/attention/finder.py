@@ -172,7 +172,8 @@ class BodyFinder:
 
     def _seen(self, state: FinderState, prepared: Grey) -> FinderState:
         """With the motion since the last picture that was no repetition."""
-        assert state.image is not None and state.positions is not None  # noqa: PT018
+        assert state.image is not None
+        assert state.positions is not None
         motor, factor = state.motor, reduction(state.size[0], self.cell_px)
         flow = cell_flow(state.image, prepared, self.cell_px, factor, bool(self.camera_joints))
         least, own = NOISE * factor, flow.own.reshape(-1, 2)

@@ -9,7 +9,6 @@ forward), scaled with the distance of the robot, so that every robot can act on 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -25,16 +24,6 @@ COARSE, FINE = 12, 96
 STAND_STILL = 0.4
 """Share of the time that a sliding box rests."""
 PASSIVE = {"contype": 0, "conaffinity": 0, "mass": 0.01}
-
-
-@dataclass(frozen=True)
-class Extras:
-    """Joints of the things that move by themselves, and how they move."""
-
-    names: tuple[str, ...]
-    """Names of their joints in the model."""
-    angles: Array
-    """(n_frames, n_names) rad or m."""
 
 
 def add_patterns(spec: Any, mujoco: Any, rng: np.random.Generator) -> list[str]:

@@ -37,8 +37,6 @@ class Felt:
     """(n,) s."""
     q: Array
     """(n, 5) rad."""
-    R_world_mount: Array
-    """(n, 3, 3)."""
     wrench: Array
     """(n, 6) N and Nm, by the sensor on the object."""
     a_g: Array
@@ -110,7 +108,7 @@ class WristSensor:
             self._invert(self._model, data)
             out[i] = data.sensordata
         dw = np.einsum("nji,nj->ni", R, out[:, 12:])
-        return Felt(time, q, R, out[:, :6], out[:, 6:9], out[:, 9:12], dw)
+        return Felt(time, q, out[:, :6], out[:, 6:9], out[:, 9:12], dw)
 
 
 def record(

@@ -93,7 +93,7 @@ class Figure10:
             "Error of the mass, % and of its centre, mm; medians. The paper was satisfied after "
             f"{STOPPED:g} s and prints 0.594409 kg; what the box weighed is not printed.",
             "The sensor has an offset (0.5 N, 20 mNm), which the paper's relation does not know. "
-            "Its threshold is not printed either; ours is met when 95 % bounds are within 1 % "
+            "Its threshold is not printed either; ours is met when 99 % bounds are within 1 % "
             "and 1 mm.",
         ]
         return Rows(("", *METHODS.values()), table, notes)

@@ -36,7 +36,8 @@ def test_kukas_principal_axes_give_the_moments_back():
     mass, x, y, z, a, b, c, *j = numbers(controller_forms(LOAD)["kuka"])
     assert (mass, x, y, z) == (0.6, 20.0, -30.0, 90.0)
     # A about z, then B about the new y, then C about the newest x.
-    turns = [lie.exp_so3(np.radians(t) * axis) for t, axis in zip((a, b, c), np.eye(3)[::-1])]  # noqa: B905
+    axes = np.eye(3)[::-1]
+    turns = [lie.exp_so3(np.radians(t) * e) for t, e in zip((a, b, c), axes, strict=True)]
     R = turns[0] @ turns[1] @ turns[2]
     np.testing.assert_allclose(R @ np.diag(j) @ R.T, MOMENTS, atol=1e-8)
 

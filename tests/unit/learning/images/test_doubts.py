@@ -22,7 +22,10 @@ BODY = icub.nominal_icub()
 OFFSETS = bs.free_joints(BODY, ["offsets"], icub.RIGHT_ARM)
 
 
-def model(doubts: Doubts = Doubts(patches=5)) -> RimModel:  # noqa: B008
+FEW_PATCHES = Doubts(patches=5)
+
+
+def model(doubts: Doubts = FEW_PATCHES) -> RimModel:
     return RimModel.of(hand(), BODY, OFFSETS, eyes(), doubts)
 
 
