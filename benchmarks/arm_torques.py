@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt
 
-from bodyschema.body.tree import Body
-from bodyschema.learning.payload.arm import fit_arm
+from bodyschema.learners.payload.arm import fit_arm
+from bodyschema.model.tree import Body
 from bodyschema.senses.joint_torques import (
     ArmMotion,
     arm_regressor,

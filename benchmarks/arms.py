@@ -10,9 +10,9 @@ import numpy as np
 
 import bodyschema as bs
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.batch import Fit
-from bodyschema.learning.problem import Problem, moved_joints
+from bodyschema.estimation.problem import Problem, moved_joints
+from bodyschema.estimation.solver import Fit
+from bodyschema.model.kinematics import relative_pose
 
 NOISE = (1e-3, 5e-3)
 """m and rad: of the poses seen."""
@@ -66,7 +66,7 @@ class Arm:
             T = lie.transform(lie.exp_so3(0.7 * rng.normal(size=3)), reach * rng.normal(size=3))
             body = body.with_placement(frame, T)
         offsets = bs.free_joints(body, ("offsets",), self.joints)
-        return body.with_parameters(offsets, ZEROS * rng.normal(size=len(offsets)))
+        return body.with_variables(offsets, ZEROS * rng.normal(size=len(offsets)))
 
     def postures(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Random postures within the limits, (count, n_joints)."""
@@ -89,7 +89,7 @@ class Arm:
     def fit(self, seen: bs.Poses) -> Fit:
         """Joint offsets from nothing but the nominal robot and what was seen."""
         problem = Problem(self.body, (seen,), {"tracker": "no", "marker": "no"}, self.joints)
-        return problem.fit(problem.parameters(("offsets",)), [seen])
+        return problem.fit(problem.variables(("offsets",)), [seen])
 
     def error(self, body: bs.Body, truth: bs.Body, q: np.ndarray) -> np.ndarray:
         """Error of the marker's position in the tracker's frame, (n,) m."""

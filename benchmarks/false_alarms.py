@@ -27,9 +27,9 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 import numpy as np
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.hand_eye.clock import ClockSearch
-from bodyschema.learning.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.clock import ClockSearch
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.monitoring.machine import Machine
 from bodyschema.simulation.katana import (
     Noise,

@@ -28,17 +28,17 @@ from numpy.typing import NDArray
 import bodyschema as bs
 from bodyschema import lie
 from bodyschema.acting.servoing import pose_error
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.doubts import Doubts
-from bodyschema.learning.images.hand_track import HandTracker, hand_pose
-from bodyschema.learning.images.markerless import Markerless
+from bodyschema.learners.images.doubts import Doubts
+from bodyschema.learners.images.hand_track import HandTracker, hand_pose
+from bodyschema.learners.images.markerless import Markerless
 from bodyschema.senses.images import Images, Picture
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import Scene, SeeingIcub
 from bodyschema.studies.hand_movements import true_offsets
 from bodyschema.studies.hand_summary import within_band
 from bodyschema.studies.watched_hand import Believed, Seen, believed, distance, open_loop
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

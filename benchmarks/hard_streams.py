@@ -29,9 +29,9 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 # isort: split
 import numpy as np
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.hand_eye.stereo_points import StereoPoints
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.stereo_points import StereoPoints
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.monitoring.machine import Machine
 from bodyschema.simulation.katana import (
     IMAGE,

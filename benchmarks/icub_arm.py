@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.camera import Camera
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.imagination.surface import Surface
+from bodyschema.model.camera import Camera
 from bodyschema.simulation import icub, world
+from bodyschema.vision.poses import piece_poses
+from bodyschema.vision.surface import Surface
 
 Array = NDArray[np.float64]
 

@@ -28,8 +28,8 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 import numpy as np
 
 from bodyschema.acting.trajectory import joint_trajectory
-from bodyschema.learning.images.particle_filter import ParticleFilter
-from bodyschema.learning.watched_images import WatchedImages, WatchedOutline
+from bodyschema.learners.published.particle_filter import ParticleFilter
+from bodyschema.learners.watched_images import WatchedImages, WatchedOutline
 from bodyschema.monitoring.machine import Machine, Watch
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub

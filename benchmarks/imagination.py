@@ -29,12 +29,12 @@ os.environ.setdefault("MUJOCO_GL", "egl")  # read when mujoco is first imported
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.imagination.colours import ColourModel, ObservedColours
-from bodyschema.imagination.contours import fit_contours, silhouette
-from bodyschema.imagination.depth_buffer import depth_image
-from bodyschema.imagination.edge_image import ObservedEdges
-from bodyschema.imagination.observed import ObservedMask
-from bodyschema.imagination.scores import OrientedChamfer, Region
+from bodyschema.vision.colours import ColourModel, ObservedColours
+from bodyschema.vision.contours import fit_contours, silhouette
+from bodyschema.vision.depth_buffer import depth_image
+from bodyschema.vision.edge_image import ObservedEdges
+from bodyschema.vision.observed import ObservedMask
+from bodyschema.vision.scores import OrientedChamfer, Region
 from icub_arm import arm, beside_the_eye, eyes, hypotheses, views
 from referees import iou, mujoco_silhouettes, ray_silhouette
 

@@ -31,12 +31,12 @@ import numpy as np
 
 from arms import robots
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import free_frame, free_joints, join
-from bodyschema.learning.gauss_newton import GaussNewton
-from bodyschema.learning.watched_body import Moment, WatchedBelief, WatchedBody
+from bodyschema.learners.filter import Filter
+from bodyschema.learners.watched_body import Moment, WatchedBelief, WatchedBody
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.variables import free_frame, free_joints, join
 from bodyschema.monitoring.machine import Machine, Watch
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 
 URDF = "ur_description/urdf/ur5_robot.urdf"
 RATE = 30.0
@@ -71,7 +71,7 @@ def draw_truth(rng: np.random.Generator) -> bs.Body:
     """An arm with wrong zeros, and where tracker and marker are."""
     body = nominal()
     zeros = free_joints(body, ("offsets",))
-    body = body.with_parameters(zeros, rng.normal(size=6) * 0.02)
+    body = body.with_variables(zeros, rng.normal(size=6) * 0.02)
     T_tracker = lie.transform(lie.exp_so3(rng.normal(size=3)), rng.normal(size=3) + TRACKER)
     T_marker = lie.transform(lie.exp_so3(rng.normal(size=3)), [0.08, 0.05, 0.12])
     return body.with_placement("tracker", T_tracker).with_placement("marker", T_marker)
@@ -93,7 +93,7 @@ def draw_motion(seconds: float, rng: np.random.Generator) -> np.ndarray:
 
 def see(
     body: bs.Body, q: np.ndarray, time_s: np.ndarray, sense: str, rng: np.random.Generator
-) -> Observations:
+) -> Sense:
     """What the tracker sees of the marker."""
     T = relative_pose(body, q, "tracker", "marker")
     position = T[:, :3, 3] + NOISE[0] * rng.normal(size=(len(q), 3))
@@ -107,13 +107,13 @@ def machine_for(sense: str) -> Machine[WatchedBelief, Moment]:
     """The machine round the recursive learner."""
     body = nominal()
     turns = None if sense == "points" else 1.0
-    parameters = join(
+    variables = join(
         free_joints(body, ("offsets",)),
         free_frame(body, "tracker"),
         free_frame(body, "marker", turn_std=turns),
     )
-    learner = GaussNewton(unknown=("tracker", "marker"), burn_in=300)
-    return Machine(WatchedBody(body, parameters, learner))
+    learner = Filter(unknown=("tracker", "marker"), burn_in=300)
+    return Machine(WatchedBody(body, variables, learner))
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Event:
 
 
 def watch(
-    machine: Machine[WatchedBelief, Moment], state: Watch[WatchedBelief, Moment], seen: Observations
+    machine: Machine[WatchedBelief, Moment], state: Watch[WatchedBelief, Moment], seen: Sense
 ) -> tuple[Watch[WatchedBelief, Moment], list[Event]]:
     """Run the machine over a stream."""
     events = []
@@ -143,7 +143,7 @@ def jump(seed: int, sense: str) -> dict[str, Any]:
     truth, q = draw_truth(rng), draw_motion(AT + AFTER, rng)
     joint = seed % 6
     zeros = free_joints(truth, ("offsets",))
-    moved = truth.with_parameters(zeros, JUMP * rng.choice([-1, 1]) * (np.arange(6) == joint))
+    moved = truth.with_variables(zeros, JUMP * rng.choice([-1, 1]) * (np.arange(6) == joint))
     at, moment = round(AT * RATE), np.arange(len(q)) / RATE
     machine = machine_for(sense)
     before = see(truth, q[:at], moment[:at], sense, rng)

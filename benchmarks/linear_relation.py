@@ -23,8 +23,8 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 # isort: split
 import numpy as np
 
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.linear_relation import Moments, PaperRelation
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.published.linear_relation import Moments, PaperRelation
 from bodyschema.monitoring.machine import Machine
 from bodyschema.simulation.katana import RATE, draw_scene, stereo, stream
 

@@ -32,10 +32,10 @@ from numpy.typing import NDArray
 import bodyschema as bs
 import hand_trials
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.images.doubts import Doubts
-from bodyschema.learning.images.markerless import Markerless
-from bodyschema.learning.images.markerless_fit import MarkerlessFit, overlap
+from bodyschema.learners.images.doubts import Doubts
+from bodyschema.learners.images.markerless import Markerless
+from bodyschema.learners.images.markerless_fit import MarkerlessFit, overlap
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.senses.images import Images
 from watched_arms import PUBLISHED, Watched, med7, vislab
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import bodyschema as bs
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.batch import LevenbergMarquardt
-from bodyschema.learning.identifiability import Identifiability, identifiability
+from bodyschema.estimation.identifiability import Identifiability, identifiability
+from bodyschema.estimation.solver import Solver
+from bodyschema.model.kinematics import relative_pose
 
 Chain = tuple[str, str]
 """Kind of the joint (r or p) and its axis (x, y or z), base to tip."""
@@ -43,7 +43,7 @@ class Case:
 
 
 def together(*names: str) -> frozenset[str]:
-    """Parameters that one sentence must name."""
+    """Variables that one sentence must name."""
     return frozenset(names)
 
 
@@ -116,8 +116,8 @@ def judge(case: Case, seed: int = 0) -> Identifiability:
         bs.free_frame(body, f, turn_std=1.0 if f == "tracker" or case.sense == "poses" else None)
         for f in case.free_frames
     ]
-    parameters = bs.join(bs.free_joints(body, case.groups, case.joints), *frames)
-    return identifiability(LevenbergMarquardt().fit(body, parameters, [seen]), [seen])
+    variables = bs.join(bs.free_joints(body, case.groups, case.joints), *frames)
+    return identifiability(Solver().fit(body, variables, [seen]), [seen])
 
 
 def measure(well_excited: int = 100) -> dict[str, object]:

@@ -7,9 +7,9 @@ step, in turn), in microseconds of processor time, the least of several rounds:
 
     gradient          compiled, samples one after the other in one call
     gradient_step     `OnlineGradient.step`, one Python call a sample
-    gauss_newton      `GaussNewton.step`, with all axes, links and the tip free
+    gauss_newton      `Filter.step`, with all axes, links and the tip free
 
-`path` is the mean number of nodes between eye and point, `parameters` the numbers that the
+`path` is the mean number of nodes between eye and point, `variables` the numbers that the
 recursive learner keeps. `gradient_us_per_node` is the slope over the four chains.
 """
 
@@ -23,11 +23,11 @@ from collections.abc import Callable
 import numpy as np
 
 import bodyschema as bs
-from bodyschema.body.kernels import FIXED
-from bodyschema.body.kinematics import path_between, relative_pose
-from bodyschema.learning.learner import run
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient
-from bodyschema.learning.skeletons.samples import SkeletonSamples
+from bodyschema.learners.learner import run
+from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.learners.skeletons.samples import SkeletonSamples
+from bodyschema.model.kernels import FIXED
+from bodyschema.model.kinematics import path_between, relative_pose
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid
 
 REPEATS, SAMPLES = 15, 2000
@@ -44,7 +44,7 @@ def least(work: Callable[[], object], count: int) -> float:
     return 1e6 * min(times) / count
 
 
-def skeleton_parameters(body: bs.Body) -> bs.Parameters:
+def skeleton_parameters(body: bs.Body) -> bs.Variables:
     """Every axis and every link."""
     ends = [f for f, kind in zip(body.frames[1:], body.kind[1:], strict=True) if kind == FIXED]
     frames = [bs.free_frame(body, frame, turn_std=None) for frame in ends]
@@ -65,9 +65,9 @@ def looked_at(body: bs.Body, eye: str, points: tuple[str, ...]) -> list[bs.Point
 
 def costs(body: bs.Body, eye: str, points: tuple[str, ...]) -> dict[str, float]:
     """Microseconds a sample, and the sizes that they depend on."""
-    senses, parameters = looked_at(body, eye, points), skeleton_parameters(body)
+    senses, variables = looked_at(body, eye, points), skeleton_parameters(body)
     gradient = OnlineGradient(0.01)
-    start = gradient.start(body, parameters)
+    start = gradient.start(body, variables)
     seen = [SkeletonSamples.of(sense, body, start.R0) for sense in senses]
     compiled = least(lambda: [gradient.descend(start, one) for one in seen], SAMPLES * len(seen))
 
@@ -75,13 +75,13 @@ def costs(body: bs.Body, eye: str, points: tuple[str, ...]) -> dict[str, float]:
         few = [sense.take(range(20)) for sense in senses]
         return least(lambda: [None for _ in run(learner, state, few)], 20 * len(few))
 
-    recursive = bs.GaussNewton()
+    recursive = bs.Filter()
     # A noise level and a first fit are there before the filter runs.
     begun = [sense.take(range(50)) for sense in senses]
-    *_, (belief, _) = run(recursive, recursive.start(body, parameters), begun)
+    *_, (belief, _) = run(recursive, recursive.start(body, variables), begun)
     return {
         "path": float(np.mean([len(path_between(body, eye, point)[0]) for point in points])),
-        "parameters": len(parameters),
+        "parameters": len(variables),
         "gradient_us": compiled,
         "gradient_step_us": stepping(gradient, start),
         "gauss_newton_us": stepping(recursive, belief),

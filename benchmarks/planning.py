@@ -27,10 +27,10 @@ from arms import ARMS
 from bodyschema import lie
 from bodyschema.acting.candidates import Candidates, find_candidates
 from bodyschema.acting.next_poses import plan_poses
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.batch import Fit
-from bodyschema.learning.problem import Problem
-from bodyschema.senses.observations import Observations, concatenate
+from bodyschema.estimation.problem import Problem
+from bodyschema.estimation.solver import Fit
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.senses.sense import Sense, concatenate
 from recordings import DATA, FULL, fr3, link8_error
 
 START, ADDED = 10, 10
@@ -57,7 +57,7 @@ class Simulated:
         placed = self.body.with_placement("tracker", far).with_placement("marker", near)
         wrong = bs.free_joints(placed, groups, self.joints)
         x = 0.5 * wrong.prior_std * self.rng.normal(size=len(wrong))
-        self.truth = placed.with_parameters(wrong, x)
+        self.truth = placed.with_variables(wrong, x)
         self.test = self.random_poses(200)
 
     def random_poses(self, n: int) -> np.ndarray:
@@ -68,7 +68,7 @@ class Simulated:
             q[:, j] = self.rng.uniform(self.body.lower[j], self.body.upper[j], n)
         return q
 
-    def observe(self, q: np.ndarray) -> Observations:
+    def observe(self, q: np.ndarray) -> Sense:
         """What the tracker sees: points for joint offsets, poses for more."""
         T = relative_pose(self.truth, q, "tracker", "marker")
         T[:, :3, 3] += STD[0] * self.rng.normal(size=(len(q), 3))
@@ -77,10 +77,10 @@ class Simulated:
         T[:, :3, :3] = lie.exp_so3(STD[1] * self.rng.normal(size=(len(q), 3))) @ T[:, :3, :3]
         return bs.Poses.make(q, T, "tracker", "marker", STD)
 
-    def fit(self, sense: Observations) -> Fit:
+    def fit(self, sense: Sense) -> Fit:
         """Calibrate from it."""
         problem = Problem(self.body, (sense,), UNKNOWN, self.joints)  # type: ignore[arg-type]
-        return problem.fit(problem.parameters(self.groups), [sense])
+        return problem.fit(problem.variables(self.groups), [sense])
 
     def error(self, fit: Fit) -> float:
         """True mean squared tool error in the test postures, mm^2."""
@@ -141,8 +141,8 @@ def fr3_choice(data: Path, draws: int, begin: int = 6, total: int = 20) -> dict[
         order = np.random.default_rng(seed).permutation(len(q))
         first, rest = order[:begin], order[begin:]
         problem = Problem(body, (whole,), frames, body.joints)  # type: ignore[arg-type]
-        parameters = problem.parameters(FULL)
-        fit = problem.fit(parameters, [whole.take(first)])
+        variables = problem.variables(FULL)
+        fit = problem.fit(variables, [whole.take(first)])
         seen = np.ones((len(rest), 1), dtype=bool)
         candidates = Candidates(q[rest], seen, q, body.joints)
         plan = plan_poses(
@@ -153,7 +153,7 @@ def fr3_choice(data: Path, draws: int, begin: int = 6, total: int = 20) -> dict[
         used = np.concatenate([first, *sets.values()])
         left = np.setdiff1d(np.arange(len(q)), used)
         for name, rows in sets.items():
-            learned = problem.fit(parameters, [whole.take(np.concatenate([first, rows]))])
+            learned = problem.fit(variables, [whole.take(np.concatenate([first, rows]))])
             predicted = relative_pose(learned.estimate.body, q[left], "board", "camera")
             errors[name].append(float(np.mean(link8_error(predicted, pose[left]) ** 2)))
     rms = {name: float(np.sqrt(np.mean(values))) for name, values in errors.items()}

@@ -39,19 +39,19 @@ import numpy as np
 import bodyschema as bs
 import markerless
 from bodyschema import lie
-from bodyschema.body.arrangement import Arrangement, JointEntry
-from bodyschema.body.dh import DHRow, body_from_dh
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.batch import Fit
-from bodyschema.learning.discrepancy import learn_discrepancy
-from bodyschema.learning.hand_eye.full_poses import solve_hand_eye
-from bodyschema.learning.hand_eye.pose_streams import join_streams
-from bodyschema.learning.held_out import folds_of, held_out, outlier_free
-from bodyschema.learning.learner import run
-from bodyschema.learning.one_pass import BURN_IN, Fitting, LearnerName, fitting
-from bodyschema.learning.problem import Knowledge, Problem
-from bodyschema.recording.tables import open_recording
-from bodyschema.senses.observations import Observations
+from bodyschema.answers.one_pass import BURN_IN, Fitting, LearnerName, fitting
+from bodyschema.estimation.discrepancy import learn_discrepancy
+from bodyschema.estimation.held_out import folds_of, held_out, outlier_free
+from bodyschema.estimation.problem import Knowledge, Problem
+from bodyschema.estimation.solver import Fit
+from bodyschema.learners.hand_eye.full_poses import solve_hand_eye
+from bodyschema.learners.hand_eye.pose_streams import join_streams
+from bodyschema.learners.learner import run
+from bodyschema.model.arrangement import Arrangement, JointEntry
+from bodyschema.model.dh import DHRow, body_from_dh
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.senses.sense import Sense
+from bodyschema.sources.tables import open_recording
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -133,7 +133,7 @@ def fr3_batch(data: Path, size: float) -> tuple[Score, Score]:
         sense = bs.Poses.make(q[rows], training[rows], "board", "camera")
         begin = time.perf_counter()
         problem = Problem(body, (sense,), {"board": "no", "camera": "no"}, body.joints)
-        fit = problem.fit(problem.parameters(FULL), [sense])
+        fit = problem.fit(problem.variables(FULL), [sense])
         good = outlier_free([sense], fit, problem.learner.freedom)[0]
         field = learn_discrepancy(fit.estimate.body, sense, good)
         seconds.append(time.perf_counter() - begin)
@@ -154,9 +154,9 @@ def fr3_recursive(data: Path) -> Score:
         rows = np.setdiff1d(np.arange(len(q)), fold)
         sense = bs.Poses.make(q[rows], pose[rows], "board", "camera")
         problem = Problem(body, (sense,), {"board": "no", "camera": "no"}, body.joints)
-        learner = bs.GaussNewton(unknown=problem.unknown)
+        learner = bs.Filter(unknown=problem.unknown)
         begin = time.perf_counter()
-        start = learner.start(body, problem.parameters(FULL))
+        start = learner.start(body, problem.variables(FULL))
         *_, (state, _) = run(learner, start, [sense])
         seconds.append(time.perf_counter() - begin)
         predicted = relative_pose(state.estimate.body, q[fold], "board", "camera")
@@ -207,12 +207,12 @@ def talos_online(data: Path) -> dict[str, dict[str, float]]:
     frames: dict[str, Knowledge] = {"tracker": "no", "point": "no"}
     problem = Problem(body, (sense,), frames, body.joints)
 
-    def begun(parameters: bs.Parameters, senses: Sequence[Observations]) -> Fit:
-        return problem.fit(parameters, [senses[0].take(range(BURN_IN))])
+    def begun(variables: bs.Variables, senses: Sequence[Sense]) -> Fit:
+        return problem.fit(variables, [senses[0].take(range(BURN_IN))])
 
     fits = {name: (fitting(problem, learner), free) for name, (learner, free) in ONLINE.items()}
     return {
-        name: held_out_score(problem, fit, problem.parameters(free)).json()
+        name: held_out_score(problem, fit, problem.variables(free)).json()
         for name, (fit, free) in {"started": (begun, ()), **fits}.items()
     }
 
@@ -236,11 +236,11 @@ def talos_skeleton(data: Path) -> dict[str, Any]:
     }
 
 
-def held_out_score(problem: Problem, fit: Fitting, parameters: bs.Parameters) -> Score:
+def held_out_score(problem: Problem, fit: Fitting, variables: bs.Variables) -> Score:
     """Held-out errors of one sense, with the mean time of a fit."""
     folds = folds_of(problem.senses, 5, 0)
     begin = time.perf_counter()
-    test = held_out(lambda s: fit(parameters, s), problem.senses, folds, problem.learner)
+    test = held_out(lambda s: fit(variables, s), problem.senses, folds, problem.learner)
     seconds = (time.perf_counter() - begin) / len(folds)
     return Score(1e3 * np.linalg.norm(test.residuals[0], axis=1), seconds)
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.camera import Camera
-from bodyschema.imagination.surface import Surface
+from bodyschema.model.camera import Camera
+from bodyschema.vision.surface import Surface
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

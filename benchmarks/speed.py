@@ -20,9 +20,9 @@ import numpy as np
 import pinocchio
 
 import bodyschema as bs
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learning.learner import run
+from bodyschema.learners.learner import run
+from bodyschema.model.kinematics import relative_pose
 
 REPEATS = 7
 
@@ -72,9 +72,9 @@ def recursive_update() -> dict[str, float]:
     pose[:, :3, 3] += 1e-3 * rng.normal(size=(200, 3))
     seen = bs.Poses.make(q, pose, "tracker", "hand")
     frames = [bs.free_frame(body, frame) for frame in ("tracker", "hand")]
-    parameters = bs.join(bs.free_joints(body, ("offsets", "axes", "links")), *frames)
-    learner = bs.GaussNewton(unknown=("tracker", "hand"))
-    *_, (state, _) = run(learner, learner.start(body, parameters), [seen.take(range(100))])
+    variables = bs.join(bs.free_joints(body, ("offsets", "axes", "links")), *frames)
+    learner = bs.Filter(unknown=("tracker", "hand"))
+    *_, (state, _) = run(learner, learner.start(body, variables), [seen.take(range(100))])
     samples = [seen.take([i]) for i in range(100, 200)]
 
     def steps() -> None:
@@ -82,7 +82,7 @@ def recursive_update() -> dict[str, float]:
         for sample in samples:
             belief, _ = learner.step(belief, sample)
 
-    return {"us": 1e6 * fastest(steps) / len(samples), "parameters": len(parameters)}
+    return {"us": 1e6 * fastest(steps) / len(samples), "parameters": len(variables)}
 
 
 def main() -> None:

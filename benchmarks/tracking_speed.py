@@ -36,14 +36,14 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 import numpy as np
 
 from bodyschema.acting.trajectory import joint_trajectory
-from bodyschema.imagination.surface import Surface
-from bodyschema.learning.images.contour_tracker import ContourTracker
-from bodyschema.learning.images.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
-from bodyschema.learning.images.particle_filter import ParticleFilter
+from bodyschema.learners.images.contour_tracker import ContourTracker
+from bodyschema.learners.published.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
+from bodyschema.learners.published.particle_filter import ParticleFilter
 from bodyschema.senses.images import Images, Picture
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import SEEN_LINKS, Scene, SeeingIcub
 from bodyschema.studies.hand_movements import movement, true_offsets
+from bodyschema.vision.surface import Surface
 
 PARTICLES = (200, 2000)
 SCENES: tuple[Scene, ...] = ("plain", "cluttered")

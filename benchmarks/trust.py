@@ -25,11 +25,11 @@ import bodyschema as bs
 import null_cases
 import planning
 import recordings
-from bodyschema.learning.agreement import within_prediction
-from bodyschema.learning.discrepancy import learn_discrepancy
-from bodyschema.learning.held_out import outlier_free
-from bodyschema.learning.prediction import degrees_of_freedom, predict_error
-from bodyschema.learning.problem import Problem
+from bodyschema.estimation.agreement import within_prediction
+from bodyschema.estimation.discrepancy import learn_discrepancy
+from bodyschema.estimation.held_out import outlier_free
+from bodyschema.estimation.prediction import degrees_of_freedom, predict_error
+from bodyschema.estimation.problem import Problem
 from bodyschema.monitoring.change import detect_change
 
 OUTLIERS = (0.0, 0.05, 0.15)
@@ -60,7 +60,7 @@ def fr3_coverage(data: Path) -> float:
         seen = bs.Poses.make(q, pose, "board", "camera")
         training, unseen = seen.take(np.setdiff1d(np.arange(len(q)), fold)), seen.take(fold)
         problem = Problem(body, (training,), {"board": "no", "camera": "no"}, body.joints)
-        fit = problem.fit(problem.parameters(recordings.FULL), [training])
+        fit = problem.fit(problem.variables(recordings.FULL), [training])
         residual = unseen.residual(fit.estimate.body)
         freedom = problem.learner.freedom
         told = within_prediction(fit.estimate, unseen, fit.levels[0], residual, freedom)
@@ -77,7 +77,7 @@ def changed(
         x = np.zeros(len(offsets))
         j = rng.integers(len(offsets))
         x[j] = np.deg2rad(size) * rng.choice([-1.0, 1.0])
-        return truth.with_parameters(offsets, x), arm.joints[j]
+        return truth.with_variables(offsets, x), arm.joints[j]
     if fault == "camera_mm":
         T = truth.placement[truth.frame_index("tracker")].copy()
         direction = rng.normal(size=3)

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 import bodyschema as bs
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED, REVOLUTE
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.imagination.decimation import welded
+from bodyschema.model.kernels import FIXED, REVOLUTE
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.senses.images import Images
+from bodyschema.vision.decimation import welded
 
 Array = NDArray[np.float64]
 

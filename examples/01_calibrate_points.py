@@ -9,7 +9,7 @@ import numpy as np
 
 import bodyschema as bs
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
+from bodyschema.model.kinematics import relative_pose
 
 rng = np.random.default_rng(1)
 
@@ -18,7 +18,7 @@ arm = bs.Body.random_chain(6, rng)
 
 # The robot as it is: zeros off by a few degrees, a tracker in the room, a marker on the tip.
 offsets = bs.free_joints(arm, ["offsets"])
-truth = arm.with_parameters(offsets, rng.normal(scale=np.deg2rad(3), size=6))
+truth = arm.with_variables(offsets, rng.normal(scale=np.deg2rad(3), size=6))
 truth = truth.attach("tracker", "base", lie.transform(lie.exp_so3([0.3, -0.2, 1.1]), [0.8, 0.4, 1]))
 truth = truth.attach("marker", "tip", lie.transform(np.eye(3), [0.02, 0.0, 0.05]))
 
@@ -38,7 +38,7 @@ print("outlier rows:", *answer.outliers)
 print("\njoint       true   found     std  deg")
 rows = zip(arm.joints, truth.offset, answer.body.offset, strict=True)
 for name, true, found in rows:
-    i = answer.estimate.parameters.names.index(f"{name}.offset")
+    i = answer.estimate.variables.names.index(f"{name}.offset")
     told = answer.identifiability.open_share[i] <= 0.5
     std = f"{np.rad2deg(answer.estimate.std[i]):7.3f}" if told else "cannot be told"
     print(f"{name:8} {np.rad2deg(true):+7.3f} {np.rad2deg(found):+7.3f} {std}")

@@ -12,7 +12,7 @@ import numpy as np
 
 import bodyschema as bs
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
+from bodyschema.model.kinematics import relative_pose
 
 NOISE = (1e-3, 2e-3)  # m and rad: of a small board, half a metre away
 rng = np.random.default_rng(2)
@@ -53,11 +53,11 @@ for frame in unknown:
 
 print("The same arm with three wrong joint zeros")
 zeros = bs.free_joints(arm, ["offsets"], ["joint_2", "joint_3", "joint_5"])
-wrong = truth.with_parameters(zeros, np.deg2rad([2.0, -1.5, 3.0]))
+wrong = truth.with_variables(zeros, np.deg2rad([2.0, -1.5, 3.0]))
 answer = bs.calibrate(nominal, [look(wrong, q)], unknown)
 print(f"  {answer.verdict}: {answer.explanation}")
 for name in zeros.names:
-    i = answer.estimate.parameters.names.index(name)
+    i = answer.estimate.variables.names.index(name)
     x, std = np.rad2deg(answer.estimate.x[i]), np.rad2deg(answer.estimate.std[i])
     print(f"  {name}: {x:+.2f} +- {std:.2f} deg")
 print("What the images cannot tell")

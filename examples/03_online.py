@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 import bodyschema as bs
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.learner import run
-from bodyschema.learning.prediction import predict_error
+from bodyschema.estimation.prediction import predict_error
+from bodyschema.learners.learner import run
+from bodyschema.model.kinematics import relative_pose
 
 SAMPLES, EVERY = 600, 60
 rng = np.random.default_rng(3)
@@ -22,7 +22,7 @@ nominal = bs.Body.random_chain(6, rng)
 offsets = bs.free_joints(nominal, ["offsets"])
 first = rng.normal(scale=0.05, size=6)
 slipped = first + np.deg2rad([0, 0, 3, 0, 0, 0])
-before, after = (nominal.with_parameters(offsets, x) for x in (first, slipped))
+before, after = (nominal.with_variables(offsets, x) for x in (first, slipped))
 
 # The stream: the tip, seen from the base with 2 mm of noise, at the readings q.
 q = rng.uniform(-1.5, 1.5, (SAMPLES, 6))
@@ -48,7 +48,7 @@ def errors(belief: bs.Estimate, truth: bs.Body) -> tuple[float, float]:
     return 1e3 * predicted, 1e3 * float(np.quantile(miss, 0.95))
 
 
-learners = {"never forgets": bs.GaussNewton(), "forgets": bs.GaussNewton(forgetting=0.98)}
+learners = {"never forgets": bs.Filter(), "forgets": bs.Filter(forgetting=0.98)}
 runs = [run(learner, learner.start(nominal, offsets), [stream]) for learner in learners.values()]
 
 print("95 % error at work in mm, predicted and true, and the estimate of joint_3.offset in deg\n")

@@ -10,7 +10,7 @@ import numpy as np
 import bodyschema as bs
 from bodyschema import lie
 from bodyschema.acting.next_poses import plan_poses
-from bodyschema.body.kinematics import relative_pose
+from bodyschema.model.kinematics import relative_pose
 
 rng = np.random.default_rng(4)
 
@@ -19,7 +19,7 @@ arm = bs.Body.random_chain(5, rng)
 on_axis = lie.transform(np.eye(3), 0.08 * arm.axis[arm.frame_index("link_5")])
 nominal = arm.attach("marker", "link_5", on_axis).attach("tracker", "base")
 zeros = bs.free_joints(nominal, ["offsets"])
-truth = nominal.with_parameters(zeros, rng.normal(scale=0.04, size=5))
+truth = nominal.with_variables(zeros, rng.normal(scale=0.04, size=5))
 truth = truth.with_placement("tracker", lie.transform(lie.exp_so3([0.2, 0.1, 0.7]), [0.6, 0, 0.3]))
 
 
@@ -42,7 +42,7 @@ def poses(q: np.ndarray) -> bs.Poses:
 def tell(title: str, body: bs.Body, sense: bs.Points | bs.Poses, frames: dict) -> bs.Calibration:
     """Calibrate the zeros and say what stays open."""
     answer = bs.calibrate(body, [sense], frames, groups=["offsets"])
-    known, n = answer.identifiability, len(answer.estimate.parameters)
+    known, n = answer.identifiability, len(answer.estimate.variables)
     print(f"\n{title}\n  {known.rank} of {n} directions are determined")
     for sentence in known.sentences:
         print("  -", sentence)

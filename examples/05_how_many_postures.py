@@ -12,8 +12,8 @@ import numpy as np
 
 import bodyschema as bs
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.starts import start_frames
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.seeds.starts import start_frames
 
 ARMS, SIZES, NOISE = 5, (10, 20, 40, 80), 5e-4  # NOISE in m a coordinate
 MODELS = {
@@ -28,7 +28,7 @@ def true_error(seed: int, n: int, groups: list[str]) -> float:
     rng = np.random.default_rng(seed)
     arm = bs.Body.random_chain(6, rng).attach("tracker", "base").attach("marker", "tip")
     zeros = bs.free_joints(arm, ["offsets"])
-    truth = arm.with_parameters(zeros, rng.normal(scale=0.04, size=6))
+    truth = arm.with_variables(zeros, rng.normal(scale=0.04, size=6))
     mounted = lie.transform(lie.exp_so3(rng.normal(size=3)), [1.0, 0.0, 0.0])
     truth = truth.with_placement("tracker", mounted)
     truth = truth.with_placement("marker", lie.transform(np.eye(3), rng.uniform(-0.1, 0.1, 3)))
@@ -43,7 +43,7 @@ def true_error(seed: int, n: int, groups: list[str]) -> float:
         bs.free_frame(arm, "marker", turn_std=None),
     )
     started = start_frames(arm, ["tracker", "marker"], [points])
-    found = bs.LevenbergMarquardt().fit(started, free, [points]).estimate.body
+    found = bs.Solver().fit(started, free, [points]).estimate.body
     work = rng.uniform(-1.5, 1.5, (200, 6))
     miss = [relative_pose(body, work, "tracker", "marker")[:, :3, 3] for body in (found, truth)]
     return 1e3 * float(np.sqrt(np.mean(np.sum((miss[0] - miss[1]) ** 2, axis=1))))

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 import bodyschema as bs
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.skeleton import Skeleton
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.skeleton import Skeleton
 
 POSTURES, NOISE = 60, 2e-3
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 import bodyschema as bs
-from bodyschema.learning.skeletons.online_gradient import from_nothing
-from bodyschema.learning.skeletons.pool import Pool
+from bodyschema.learners.published.online_gradient import from_nothing
+from bodyschema.learners.skeletons.pool import Pool
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid
 from bodyschema.simulation.moving_robot import MovingRobot
 
@@ -70,7 +70,7 @@ for name, body in (("true body", true), ("learned", state.body), ("untaught", un
 
 told = bs.determinable(true, skeleton, sights)
 print(
-    f"\nOf {told.parameters} numbers that make the skeleton, looking at hands and feet can tell "
+    f"\nOf {told.variables} numbers that make the skeleton, looking at hands and feet can tell "
     f"{told.rank}.\nThe hand gets there all the same; what stays open moves nothing that is seen:"
 )
 for direction in told.directions[::6]:

@@ -16,12 +16,12 @@ import cv2
 import numpy as np
 
 import bodyschema as bs
-from bodyschema.body.kernels import FIXED, REVOLUTE
-from bodyschema.imagination.contours import fit_contours, silhouette
-from bodyschema.imagination.observed import ObservedMask
-from bodyschema.imagination.overlay import overlay, save_png
-from bodyschema.imagination.poses import piece_poses
+from bodyschema.model.kernels import FIXED, REVOLUTE
 from bodyschema.simulation import icub
+from bodyschema.vision.contours import fit_contours, silhouette
+from bodyschema.vision.observed import ObservedMask
+from bodyschema.vision.overlay import overlay, save_png
+from bodyschema.vision.poses import piece_poses
 
 POSTURE = (-40, 25, 10, 70, -20, 0, 0, -25, 0, -15)  # deg, of the arm and of the neck
 WRONG = (0, 4, -3, 5, -4, 5, 0)  # deg, added to the joints of the KUKA arm

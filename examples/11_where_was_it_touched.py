@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from bodyschema import KnownLoad, LoadLearner, TouchSearch, WrenchStream
-from bodyschema.learning.touch.unexplained import Unexplained
+from bodyschema.learners.touch.unexplained import Unexplained
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.simulation.contacts import draw_contact
 from bodyschema.studies.touch_runs import draw_wrist

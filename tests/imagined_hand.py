@@ -7,12 +7,12 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.camera import Camera
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.imagination.surface import Surface
+from bodyschema.model.camera import Camera
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
+from bodyschema.vision.surface import Surface
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from bodyschema.recording.video_writer import video_writer
+from bodyschema.sources.video_writer import video_writer
 
 FPS, FRAMES = 30, 12
 CAMERA = "observation.images.head"

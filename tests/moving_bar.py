@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bodyschema.recording.tables import write_table
-from bodyschema.recording.video_writer import video_writer
+from bodyschema.sources.tables import write_table
+from bodyschema.sources.video_writer import video_writer
 
 cv2 = pytest.importorskip("cv2")
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bodyschema import lie
-from bodyschema.learning.hand_eye.stereo_points import Stereo
+from bodyschema.learners.hand_eye.stereo_points import Stereo
 
 cv2 = pytest.importorskip("cv2")
 

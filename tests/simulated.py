@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.body.tree import Body
-from bodyschema.senses.observations import Observations
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
-Sense = TypeVar("Sense", bound=Observations)
+Sense = TypeVar("Sense", bound=Sense)
 
 POINT_STD = 1e-3
 """m."""
@@ -53,15 +53,15 @@ def postures(n: int, body: Body, rng: np.random.Generator, reach: float = 2.0) -
     return rng.uniform(-reach, reach, (n, len(body.joints)))
 
 
-def free_all(body: Body, groups: Iterable[str] = ("offsets",), turns: bool = True) -> Parameters:
+def free_all(body: Body, groups: Iterable[str] = ("offsets",), turns: bool = True) -> Variables:
     """Joint groups, the tracker's frame and the tool's, the latter with or without its turn."""
     tool = free_frame(body, "tool", 0.1, 0.2 if turns else None)
     return join(free_joints(body, groups), free_frame(body, "tracker", 0.1, 0.2), tool)
 
 
-def drawn(parameters: Parameters, rng: np.random.Generator, scale: float = 1.0) -> Array:
+def drawn(variables: Variables, rng: np.random.Generator, scale: float = 1.0) -> Array:
     """Deviations from the prior, or from a part of it, (n_parameters,)."""
-    return scale * parameters.prior_std * rng.normal(size=len(parameters))
+    return scale * variables.prior_std * rng.normal(size=len(variables))
 
 
 def forgotten(body: Body, frames: Iterable[str]) -> Body:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.recording.tables import write_table
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
 from bodyschema.senses.points import Points
+from bodyschema.sources.tables import write_table
 
 Array = NDArray[np.float64]
 

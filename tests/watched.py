@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bodyschema.learning.hand_eye.chart import CameraAndPoints, from_transform
-from bodyschema.learning.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.chart import CameraAndPoints, from_transform
+from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.simulation.katana import Noise, Scene, Stream, draw_scene, stereo, stream
 
 

@@ -17,59 +17,56 @@ if TYPE_CHECKING:
     from bodyschema.acting.reaching import reach
     from bodyschema.acting.robot import Robot
     from bodyschema.acting.servoing import Servoing
+    from bodyschema.answers.calibrate import calibrate
+    from bodyschema.answers.calibration import Calibration
+    from bodyschema.answers.skeleton import learn_skeleton
     from bodyschema.attention.body_in_view import BodyInView
-    from bodyschema.attention.corners import CornerTracker
     from bodyschema.attention.finder import BodyFinder
     from bodyschema.attention.onsets import OnsetCoincidence
-    from bodyschema.body.camera import Camera
-    from bodyschema.body.inertia import Inertia
-    from bodyschema.body.parameters import (
-        Parameters,
+    from bodyschema.errors import BodyschemaError, InputError, MissingExtraError
+    from bodyschema.estimation.determinable import determinable
+    from bodyschema.estimation.estimate import Estimate
+    from bodyschema.estimation.solver import Solver
+    from bodyschema.learners.filter import Filter
+    from bodyschema.learners.hand_eye.full_poses import HandEye, solve_hand_eye
+    from bodyschema.learners.hand_eye.points import HandEyePoints
+    from bodyschema.learners.hand_eye.pose_streams import JoinedStreams, join_streams
+    from bodyschema.learners.hand_eye.stereo_points import Stereo, StereoPoints
+    from bodyschema.learners.images.contour_tracker import ContourTracker
+    from bodyschema.learners.images.doubts import Doubts
+    from bodyschema.learners.images.markerless import Markerless
+    from bodyschema.learners.payload.learner import LoadLearner
+    from bodyschema.learners.payload.recorded import fit_payload
+    from bodyschema.learners.published.linear_relation import PaperRelation
+    from bodyschema.learners.published.online_gradient import OnlineGradient
+    from bodyschema.learners.published.paper_payload import PaperPayload
+    from bodyschema.learners.published.particle_filter import ParticleFilter
+    from bodyschema.learners.skeletons.pool import Pool
+    from bodyschema.learners.skeletons.replay import Replay
+    from bodyschema.learners.skeletons.shortest_links import with_shortest_links
+    from bodyschema.learners.smoother import Smoother
+    from bodyschema.learners.touch.finder import TouchFinder
+    from bodyschema.learners.touch.known_load import KnownLoad
+    from bodyschema.learners.touch.search import TouchSearch
+    from bodyschema.learners.watched_body import WatchedBody
+    from bodyschema.learners.watched_images import WatchedImages
+    from bodyschema.model.camera import Camera
+    from bodyschema.model.inertia import Inertia
+    from bodyschema.model.solid import Solid
+    from bodyschema.model.tree import Body
+    from bodyschema.model.variables import (
+        Variables,
         free_frame,
         free_joints,
         free_skeleton,
         join,
     )
-    from bodyschema.body.solid import Solid
-    from bodyschema.body.tree import Body
-    from bodyschema.errors import BodyschemaError, InputError, MissingExtraError
-    from bodyschema.imagination.surface import Surface
-    from bodyschema.learning.batch import LevenbergMarquardt
-    from bodyschema.learning.calibrate import calibrate
-    from bodyschema.learning.calibration import Calibration
-    from bodyschema.learning.determinable import determinable
-    from bodyschema.learning.estimate import Estimate
-    from bodyschema.learning.gauss_newton import GaussNewton
-    from bodyschema.learning.hand_eye.full_poses import HandEye, solve_hand_eye
-    from bodyschema.learning.hand_eye.points import HandEyePoints
-    from bodyschema.learning.hand_eye.pose_streams import JoinedStreams, join_streams
-    from bodyschema.learning.hand_eye.stereo_points import Stereo, StereoPoints
-    from bodyschema.learning.images.contour_tracker import ContourTracker
-    from bodyschema.learning.images.doubts import Doubts
-    from bodyschema.learning.images.markerless import Markerless
-    from bodyschema.learning.images.particle_filter import ParticleFilter
-    from bodyschema.learning.linear_relation import PaperRelation
-    from bodyschema.learning.payload.learner import LoadLearner
-    from bodyschema.learning.payload.paper_form import PaperPayload
-    from bodyschema.learning.payload.recorded import fit_payload
-    from bodyschema.learning.skeletons.online_gradient import OnlineGradient
-    from bodyschema.learning.skeletons.pool import Pool
-    from bodyschema.learning.skeletons.problem import learn_skeleton
-    from bodyschema.learning.skeletons.replay import Replay
-    from bodyschema.learning.skeletons.shortest_links import with_shortest_links
-    from bodyschema.learning.smoother import Smoother
-    from bodyschema.learning.touch.finder import TouchFinder
-    from bodyschema.learning.touch.known_load import KnownLoad
-    from bodyschema.learning.touch.search import TouchSearch
-    from bodyschema.learning.watched_body import WatchedBody
-    from bodyschema.learning.watched_images import WatchedImages
     from bodyschema.monitoring.change import detect_change
     from bodyschema.monitoring.held_load import LoadWatch
     from bodyschema.monitoring.innovations import Candidate
     from bodyschema.monitoring.link_change import LinkMonitor
     from bodyschema.monitoring.machine import Machine
     from bodyschema.monitoring.stream_check import check_stream
-    from bodyschema.recording.recording import Recording
     from bodyschema.senses.images import Images
     from bodyschema.senses.points import Points
     from bodyschema.senses.poses import Poses
@@ -77,68 +74,71 @@ if TYPE_CHECKING:
     from bodyschema.senses.wrench_stream import WrenchStream
     from bodyschema.senses.wrenches import Wrenches
     from bodyschema.senses.wrist_samples import WristSamples
+    from bodyschema.sources.recording import Recording
+    from bodyschema.vision.corners import CornerTracker
+    from bodyschema.vision.surface import Surface
 
 _HOMES = {
-    "Solid": "body.solid",
-    "KnownLoad": "learning.touch.known_load",
-    "TouchFinder": "learning.touch.finder",
-    "TouchSearch": "learning.touch.search",
-    "fit_payload": "learning.payload.recorded",
-    "PaperPayload": "learning.payload.paper_form",
+    "Solid": "model.solid",
+    "KnownLoad": "learners.touch.known_load",
+    "TouchFinder": "learners.touch.finder",
+    "TouchSearch": "learners.touch.search",
+    "fit_payload": "learners.payload.recorded",
+    "PaperPayload": "learners.published.paper_payload",
     "LoadWatch": "monitoring.held_load",
-    "LoadLearner": "learning.payload.learner",
+    "LoadLearner": "learners.payload.learner",
     "WrenchStream": "senses.wrench_stream",
     "WristSamples": "senses.wrist_samples",
     "Wrenches": "senses.wrenches",
-    "Inertia": "body.inertia",
-    "CornerTracker": "attention.corners",
-    "PaperRelation": "learning.linear_relation",
+    "Inertia": "model.inertia",
+    "CornerTracker": "vision.corners",
+    "PaperRelation": "learners.published.linear_relation",
     "Machine": "monitoring.machine",
-    "WatchedBody": "learning.watched_body",
-    "WatchedImages": "learning.watched_images",
+    "WatchedBody": "learners.watched_body",
+    "WatchedImages": "learners.watched_images",
     "check_stream": "monitoring.stream_check",
-    "StereoPoints": "learning.hand_eye.stereo_points",
-    "Stereo": "learning.hand_eye.stereo_points",
-    "HandEyePoints": "learning.hand_eye.points",
+    "StereoPoints": "learners.hand_eye.stereo_points",
+    "Stereo": "learners.hand_eye.stereo_points",
+    "HandEyePoints": "learners.hand_eye.points",
     "BodyFinder": "attention.finder",
     "BodyInView": "attention.body_in_view",
     "OnsetCoincidence": "attention.onsets",
-    "Camera": "body.camera",
-    "Surface": "imagination.surface",
-    "Body": "body.tree",
-    "Parameters": "body.parameters",
-    "free_joints": "body.parameters",
-    "free_frame": "body.parameters",
-    "free_skeleton": "body.parameters",
-    "join": "body.parameters",
+    "Camera": "model.camera",
+    "Surface": "vision.surface",
+    "Body": "model.tree",
+    "Variables": "model.variables",
+    "free_joints": "model.variables",
+    "free_frame": "model.variables",
+    "free_skeleton": "model.variables",
+    "join": "model.variables",
     "BodyschemaError": "errors",
     "InputError": "errors",
     "MissingExtraError": "errors",
-    "Recording": "recording.recording",
+    "Recording": "sources.recording",
     "Images": "senses.images",
     "Points": "senses.points",
     "Poses": "senses.poses",
     "Touches": "senses.touches",
-    "Estimate": "learning.estimate",
-    "LevenbergMarquardt": "learning.batch",
-    "GaussNewton": "learning.gauss_newton",
-    "HandEye": "learning.hand_eye.full_poses",
-    "solve_hand_eye": "learning.hand_eye.full_poses",
-    "JoinedStreams": "learning.hand_eye.pose_streams",
-    "join_streams": "learning.hand_eye.pose_streams",
-    "OnlineGradient": "learning.skeletons.online_gradient",
-    "Doubts": "learning.images.doubts",
-    "Markerless": "learning.images.markerless",
-    "ContourTracker": "learning.images.contour_tracker",
-    "ParticleFilter": "learning.images.particle_filter",
-    "Pool": "learning.skeletons.pool",
-    "Replay": "learning.skeletons.replay",
-    "Calibration": "learning.calibration",
-    "calibrate": "learning.calibrate",
-    "learn_skeleton": "learning.skeletons.problem",
-    "determinable": "learning.determinable",
-    "with_shortest_links": "learning.skeletons.shortest_links",
-    "Smoother": "learning.smoother",
+    "Estimate": "estimation.estimate",
+    "Solver": "estimation.solver",
+    "Filter": "learners.filter",
+    "HandEye": "learners.hand_eye.full_poses",
+    "solve_hand_eye": "learners.hand_eye.full_poses",
+    "JoinedStreams": "learners.hand_eye.pose_streams",
+    "join_streams": "learners.hand_eye.pose_streams",
+    "OnlineGradient": "learners.published.online_gradient",
+    "Doubts": "learners.images.doubts",
+    "Markerless": "learners.images.markerless",
+    "ContourTracker": "learners.images.contour_tracker",
+    "ParticleFilter": "learners.published.particle_filter",
+    "Pool": "learners.skeletons.pool",
+    "Replay": "learners.skeletons.replay",
+    "Calibration": "answers.calibration",
+    "calibrate": "answers.calibrate",
+    "learn_skeleton": "answers.skeleton",
+    "determinable": "estimation.determinable",
+    "with_shortest_links": "learners.skeletons.shortest_links",
+    "Smoother": "learners.smoother",
     "detect_change": "monitoring.change",
     "Candidate": "monitoring.innovations",
     "LinkMonitor": "monitoring.link_change",
@@ -163,7 +163,7 @@ __all__ = [
     "CornerTracker",
     "Doubts",
     "Estimate",
-    "GaussNewton",
+    "Filter",
     "HandEye",
     "HandEyePoints",
     "Images",
@@ -172,7 +172,6 @@ __all__ = [
     "InverseKinematics",
     "JoinedStreams",
     "KnownLoad",
-    "LevenbergMarquardt",
     "LinkMonitor",
     "LoadLearner",
     "LoadWatch",
@@ -183,7 +182,6 @@ __all__ = [
     "OnsetCoincidence",
     "PaperPayload",
     "PaperRelation",
-    "Parameters",
     "ParticleFilter",
     "Points",
     "Pool",
@@ -194,12 +192,14 @@ __all__ = [
     "Servoing",
     "Smoother",
     "Solid",
+    "Solver",
     "Stereo",
     "StereoPoints",
     "Surface",
     "TouchFinder",
     "TouchSearch",
     "Touches",
+    "Variables",
     "WatchedBody",
     "WatchedImages",
     "WrenchStream",

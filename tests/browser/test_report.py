@@ -30,7 +30,7 @@ const answer = {
   number: document.querySelector("#number .big").innerText,
   explanation: document.querySelector("#explanation").innerText,
   headings: [...document.querySelectorAll("h2")].map(e => e.innerText),
-  parameters: document.querySelectorAll("#parameter-table tr.parameter").length,
+  variables: document.querySelectorAll("#parameter-table tr.parameter").length,
   pictures: [...document.querySelectorAll("svg")].map(e => e.getBoundingClientRect().width),
   texts: [...document.querySelectorAll("svg text")].map(e => e.textContent),
   fetched: performance.getEntriesByType("resource").map(e => e.name),
@@ -87,7 +87,7 @@ def test_what_it_shows(chromium: str, case: Any, tmp_path: Path, width: int) -> 
     assert answer["explanation"] == calibration.explanation
     assert answer["headings"][0] == "Verdict"
     assert len(answer["headings"]) == 11
-    assert answer["parameters"] == len(calibration.estimate.parameters)
+    assert answer["parameters"] == len(calibration.estimate.variables)
     assert len(answer["pictures"]) == text.count("<svg ") >= 6
     assert min(answer["pictures"]) > 150
     assert "joint_1.offset" in answer["texts"]

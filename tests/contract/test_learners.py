@@ -10,25 +10,25 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.body.tree import Body
-from bodyschema.learning.gauss_newton import GaussNewton
-from bodyschema.learning.learner import Learner, in_time_order, run
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient
-from bodyschema.learning.skeletons.pool import Pool
-from bodyschema.learning.skeletons.replay import Replay
-from bodyschema.learning.smoother import Smoother
+from bodyschema.learners.filter import Filter
+from bodyschema.learners.learner import Learner, in_time_order, run
+from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.learners.skeletons.pool import Pool
+from bodyschema.learners.skeletons.replay import Replay
+from bodyschema.learners.smoother import Smoother
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.monitoring.innovations import Candidate
 from bodyschema.monitoring.link_change import LinkMonitor
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 from simulated import drawn, free_all, points, poses, postures, seen_arm
 
 Array = NDArray[np.float64]
 
 LEARNERS: dict[str, Learner[Any, Any]] = {
-    "gauss_newton": GaussNewton(),
-    "gauss_newton_forgetting": GaussNewton(forgetting=0.99),
+    "gauss_newton": Filter(),
+    "gauss_newton_forgetting": Filter(forgetting=0.99),
     "smoother": Smoother(),
     "link_monitor": LinkMonitor((Candidate("tool", ("tool.link_x", "tool.link_y"), 0.1),)),
     "online_gradient": OnlineGradient(1.0, "normalised"),
@@ -65,7 +65,7 @@ def nominal() -> Body:
 
 
 @pytest.fixture(scope="module")
-def parameters(learner: Learner[Any, Any], nominal: Body) -> Parameters:
+def variables(learner: Learner[Any, Any], nominal: Body) -> Variables:
     if isinstance(learner, SKELETON_ONLY):
         tool = free_frame(nominal, "tool", turn_std=None)
         return join(free_joints(nominal, ("axes", "links")), tool)
@@ -73,12 +73,12 @@ def parameters(learner: Learner[Any, Any], nominal: Body) -> Parameters:
 
 
 @pytest.fixture(scope="module")
-def truth(nominal: Body, parameters: Parameters) -> Body:
-    return nominal.with_parameters(parameters, drawn(parameters, np.random.default_rng(1), 0.5))
+def truth(nominal: Body, variables: Variables) -> Body:
+    return nominal.with_variables(variables, drawn(variables, np.random.default_rng(1), 0.5))
 
 
 @pytest.fixture(scope="module")
-def senses(learner: Learner[Any, Any], truth: Body) -> list[Observations]:
+def senses(learner: Learner[Any, Any], truth: Body) -> list[Sense]:
     """The tip every 0.7 s, the tool's pose every 0.5 s: moments interleave, and some coincide."""
     rng = np.random.default_rng(2)
     seen = points(truth, postures(POINTS, truth, rng), rng, seen="tip")
@@ -86,7 +86,7 @@ def senses(learner: Learner[Any, Any], truth: Body) -> list[Observations]:
     return [_timed(seen, 0.7), _timed(look(truth, postures(POSES, truth, rng), rng), 0.5)]
 
 
-def _timed(sense: Observations, step: float) -> Observations:
+def _timed(sense: Sense, step: float) -> Sense:
     return replace(sense, time=np.round(step * np.arange(len(sense)), 1))
 
 
@@ -97,27 +97,27 @@ def test_settings_are_frozen(learner: Learner[Any, Any]) -> None:
 
 
 def test_run_gives_one_state_a_sample_in_time_order(
-    learner: Learner[Any, Any], nominal: Body, parameters: Parameters, senses: list[Observations]
+    learner: Learner[Any, Any], nominal: Body, variables: Variables, senses: list[Sense]
 ) -> None:
-    steps = list(run(learner, learner.start(nominal, parameters), senses))
+    steps = list(run(learner, learner.start(nominal, variables), senses))
     assert len(steps) == POINTS + POSES
     fed = list(in_time_order(senses))
     times = [float(sample.time[0]) for sample in fed]
     assert times == sorted(np.concatenate([sense.time for sense in senses]).tolist())
     # Within a moment, senses come in the order in which they were given.
     assert [sample.seen for sample in fed if sample.time[0] == 3.5] == ["tip", "tool"]
-    state = learner.start(nominal, parameters)
+    state = learner.start(nominal, variables)
     for sample, (expected, _) in zip(fed, steps, strict=True):
         state, _ = learner.step(state, sample)
         assert _same(state, expected)
 
 
 def test_start_and_step_are_pure(
-    learner: Learner[Any, Any], nominal: Body, parameters: Parameters, senses: list[Observations]
+    learner: Learner[Any, Any], nominal: Body, variables: Variables, senses: list[Sense]
 ) -> None:
     """An old state still steps to the same result; nothing that was passed in has changed."""
-    start = learner.start(nominal, parameters)
-    assert _same(start, learner.start(nominal, parameters))
+    start = learner.start(nominal, variables)
+    assert _same(start, learner.start(nominal, variables))
     states, infos = [start], []
     for state, info in run(learner, start, senses):
         states.append(state)
@@ -133,15 +133,15 @@ def test_start_and_step_are_pure(
 
 
 def test_a_state_that_was_saved_steps_on_as_before(
-    learner: Learner[Any, Any], nominal: Body, parameters: Parameters, senses: list[Observations]
+    learner: Learner[Any, Any], nominal: Body, variables: Variables, senses: list[Sense]
 ) -> None:
     samples = list(in_time_order(senses))
-    state = learner.start(nominal, parameters)
+    state = learner.start(nominal, variables)
     for k, sample in enumerate(samples):
         if k in (5, 40):
             state = pickle.loads(pickle.dumps(state))
         state, _ = learner.step(state, sample)
-    *_, (straight, _) = run(learner, learner.start(nominal, parameters), senses)
+    *_, (straight, _) = run(learner, learner.start(nominal, variables), senses)
     assert _same(state, straight)
 
 
@@ -149,11 +149,11 @@ def test_it_learns(
     name: str,
     learner: Learner[Any, Any],
     nominal: Body,
-    parameters: Parameters,
-    senses: list[Observations],
+    variables: Variables,
+    senses: list[Sense],
     truth: Body,
 ) -> None:
-    *_, (state, _) = run(learner, learner.start(nominal, parameters), senses)
+    *_, (state, _) = run(learner, learner.start(nominal, variables), senses)
     taught = state.body if isinstance(learner, SKELETON_ONLY) else state.estimate.body
     q = postures(100, truth, np.random.default_rng(3))
     true, before, after = (
@@ -164,24 +164,24 @@ def test_it_learns(
 
 
 def test_it_knows_that_it_did(
-    learner: Learner[Any, Any], nominal: Body, parameters: Parameters, senses: list[Observations]
+    learner: Learner[Any, Any], nominal: Body, variables: Variables, senses: list[Sense]
 ) -> None:
     if isinstance(learner, WITHOUT_COVARIANCE):
         pytest.skip("has no covariance")
-    start = learner.start(nominal, parameters)
+    start = learner.start(nominal, variables)
     assert (start.estimate.x == 0).all()
-    assert start.estimate.std == pytest.approx(parameters.prior_std)
+    assert start.estimate.std == pytest.approx(variables.prior_std)
     *_, (state, _) = run(learner, start, senses)
     covariance = state.estimate.covariance
     assert (covariance == covariance.T).all()
     assert np.linalg.eigvalsh(covariance).min() > 0
-    assert (state.estimate.std <= parameters.prior_std * (1 + 1e-9)).all()
+    assert (state.estimate.std <= variables.prior_std * (1 + 1e-9)).all()
 
 
 def test_an_empty_recording_teaches_nothing(
-    learner: Learner[Any, Any], nominal: Body, parameters: Parameters, senses: list[Observations]
+    learner: Learner[Any, Any], nominal: Body, variables: Variables, senses: list[Sense]
 ) -> None:
-    start = learner.start(nominal, parameters)
+    start = learner.start(nominal, variables)
     assert list(run(learner, start, [])) == []
     assert list(run(learner, start, [sense.take([]) for sense in senses])) == []
 

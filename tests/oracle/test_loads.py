@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bodyschema import lie
-from bodyschema.body.inertia import Inertia, log_cholesky, phi_of_log_cholesky
+from bodyschema.model.inertia import Inertia, log_cholesky, phi_of_log_cholesky
 from bodyschema.senses.wrenches import load_regressor
 
 pin = pytest.importorskip("pinocchio")

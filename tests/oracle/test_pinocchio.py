@@ -13,9 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import frame_jacobian, frame_poses, relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.kinematics import frame_jacobian, frame_poses, relative_pose
+from bodyschema.model.tree import Body
 
 pin = pytest.importorskip("pinocchio")
 icub_models = pytest.importorskip("icub_models")

@@ -8,7 +8,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from bodyschema.imagination.contours import silhouette
+from bodyschema.vision.contours import silhouette
 from icub_arm import arm, beside_the_eye, eyes, views
 from referees import iou, mujoco_silhouettes, ray_silhouette
 

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED, PRISMATIC, REVOLUTE
-from bodyschema.body.kinematics import frame_poses
-from bodyschema.body.parameters import free_frame, free_joints, join
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import parse_urdf
 from bodyschema.export.urdf_edits import baked_placements, urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.kernels import FIXED, PRISMATIC, REVOLUTE
+from bodyschema.model.kinematics import frame_poses
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import parse_urdf
+from bodyschema.model.variables import free_frame, free_joints, join
 
 Array = NDArray[np.float64]
 properties = settings(derandomize=True, deadline=None, database=None, max_examples=150)
@@ -88,7 +88,7 @@ def wrongs(draw: st.DrawFn) -> Wrong:
     )
     x = draw(SIZES) * rng.uniform(-1, 1, len(free)) * rng.integers(0, 2, len(free))
     q = rng.uniform(-3, 3, (5, len(nominal.joints)))
-    return Wrong(nominal, nominal.with_parameters(free, x), q)
+    return Wrong(nominal, nominal.with_variables(free, x), q)
 
 
 def poses(body: Body, like: Body, q: Array) -> Array:

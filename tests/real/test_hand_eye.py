@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from bodyschema import lie
-from bodyschema.learning.hand_eye.full_poses import solve_hand_eye
-from bodyschema.learning.hand_eye.pose_streams import JoinedStreams, join_streams
+from bodyschema.learners.hand_eye.full_poses import solve_hand_eye
+from bodyschema.learners.hand_eye.pose_streams import JoinedStreams, join_streams
 
 
 def test_pairs_with_outliers_of_a_real_arm(shared_data: Callable[[str], Path]) -> None:

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
-from bodyschema.learning.identifiability import random_postures
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid, reduced
 
 JOINTS = {

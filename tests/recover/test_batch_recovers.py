@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
-from bodyschema.learning.batch import LevenbergMarquardt
-from bodyschema.learning.problem import Problem
+from bodyschema.estimation.problem import Problem
+from bodyschema.estimation.solver import Solver
+from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from simulated import drawn, forgotten, free_all, points, poses, postures, seen_arm, spoiled
 
 Array = NDArray[np.float64]
@@ -42,15 +42,15 @@ def trial(sense: str, outliers: float, scale: float, seed: int) -> Trial:
     """Deviations are drawn from the prior, times `scale`."""
     rng = np.random.default_rng(seed)
     nominal = seen_arm(4 + seed % 3, rng)
-    parameters = free_all(nominal, turns=sense == "poses")
-    truth = nominal.with_parameters(parameters, drawn(parameters, rng, scale))
+    variables = free_all(nominal, turns=sense == "poses")
+    truth = nominal.with_variables(variables, drawn(variables, rng, scale))
     seen = SENSES[sense](truth, postures(SAMPLES, truth, rng), rng)
     seen, _ = spoiled(seen, outliers, 0.2, rng)
-    fit = LevenbergMarquardt().fit(nominal, parameters, [seen])
+    fit = Solver().fit(nominal, variables, [seen])
     assert fit.converged
     estimate, fresh = fit.estimate, postures(20, truth, rng)
     ends = ("tracker", "tool")
-    D = relative_pose_derivatives(nominal, parameters, estimate.x, fresh, *ends)
+    D = relative_pose_derivatives(nominal, variables, estimate.x, fresh, *ends)
     J = D.by_parameter[:, :3]
     variance = np.einsum("nij,jk,nik->ni", J, estimate.covariance, J)
     true = relative_pose(truth, fresh, *ends)[:, :3, 3]
@@ -84,12 +84,12 @@ def test_the_body_is_found_without_a_guess_of_the_frames(sense: str) -> None:
         rng = np.random.default_rng(seed)
         nominal = seen_arm(6, rng)
         offsets = free_all(nominal).where(["offsets"])
-        truth = nominal.with_parameters(offsets, drawn(offsets, rng))
+        truth = nominal.with_variables(offsets, drawn(offsets, rng))
         seen = SENSES[sense](truth, postures(60, truth, rng), rng)
         seen, bad = spoiled(seen, 0.1, 0.2, rng)
         blind = forgotten(nominal, ("tracker", "tool"))
         problem = Problem(blind, (seen,), {"tracker": "no", "tool": "no"}, blind.joints)
-        fit = problem.fit(problem.parameters(["offsets"]), [seen])
+        fit = problem.fit(problem.variables(["offsets"]), [seen])
         fresh = postures(50, truth, rng)
         found, true = (
             relative_pose(body, fresh, "tracker", "tool")[:, :3, 3]

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 import bodyschema as bs
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.imagination.correspondences import find_rim, rim_slopes
-from bodyschema.imagination.normal_search import search_masks
-from bodyschema.imagination.poses import piece_poses
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation import icub
+from bodyschema.vision.correspondences import find_rim, rim_slopes
+from bodyschema.vision.normal_search import search_masks
+from bodyschema.vision.poses import piece_poses
 from icub_arm import arm, eyes, readings
 from referees import mujoco_silhouettes
 
@@ -39,7 +39,7 @@ def stepped(q: Array, masks: list[NDArray[np.bool_]], prior_std: float) -> Array
     """Offsets after some robust steps from zero."""
     x = np.zeros(len(FREE))
     for reach in REACH:
-        poses = piece_poses(BODY.with_parameters(FREE, x), q, eyes(), arm().frames)[0]
+        poses = piece_poses(BODY.with_variables(FREE, x), q, eyes(), arm().frames)[0]
         rim = find_rim(arm(), poses, eyes())
         slopes = rim_slopes(rim, arm(), eyes(), BODY, FREE, x, q)
         seen = search_masks(rim, masks, reach)
@@ -54,8 +54,7 @@ def stepped(q: Array, masks: list[NDArray[np.bool_]], prior_std: float) -> Array
 def hand_error(q: Array, x: Array, truth: Array) -> tuple[float, float]:
     """mm and degrees between the poses of the hand in the left eye."""
     found, true = (
-        relative_pose(BODY.with_parameters(FREE, v), q, icub.LEFT_EYE, icub.HAND)
-        for v in (x, truth)
+        relative_pose(BODY.with_variables(FREE, v), q, icub.LEFT_EYE, icub.HAND) for v in (x, truth)
     )
     turn = lie.log_so3(found[:3, :3] @ true[:3, :3].T)
     return 1e3 * float(np.linalg.norm(found[:3, 3] - true[:3, 3])), float(
@@ -73,7 +72,7 @@ def test_a_few_steps_bring_the_hand_within_a_fraction_of_a_millimetre(
     native = arm(decimated=False)
     poses = np.concatenate(
         [
-            piece_poses(BODY.with_parameters(FREE, truth), q, eyes(), native.frames)
+            piece_poses(BODY.with_variables(FREE, truth), q, eyes(), native.frames)
             for q, truth in zip(postures, truths, strict=True)
         ]
     )

@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 import bodyschema as bs
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.contour_tracker import ContourTracker, TrackInfo, TrackState
+from bodyschema.learners.images.contour_tracker import ContourTracker, TrackInfo, TrackState
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 from icub_arm import arm, eyes, readings
 
 pytest.importorskip("cv2")
@@ -29,7 +29,7 @@ TRACKER = ContourTracker(arm(), seeds=128, keys=3)
 
 def stream(n: int) -> list[Images]:
     """Masks on the way from one posture to another."""
-    body, cameras = BODY.with_parameters(OFFSETS, TRUTH), tuple(eyes())
+    body, cameras = BODY.with_variables(OFFSETS, TRUTH), tuple(eyes())
     start, end = readings(20)[[4, 9]]
     frames = []
     for i, q in enumerate(np.linspace(start, end, n)):
@@ -50,7 +50,7 @@ def follow(frames: list[Images]) -> tuple[TrackState, list[TrackInfo]]:
 def hand_error(offsets: Array, q: Array) -> float:
     """mm"""
     a, b = (
-        relative_pose(BODY.with_parameters(OFFSETS, x), q, icub.LEFT_EYE, icub.HAND)[:3, 3]
+        relative_pose(BODY.with_variables(OFFSETS, x), q, icub.LEFT_EYE, icub.HAND)[:3, 3]
         for x in (offsets, TRUTH)
     )
     return 1e3 * float(np.linalg.norm(a - b))

@@ -8,10 +8,10 @@ import pytest
 pytest.importorskip("cv2")
 
 from bodyschema import lie
-from bodyschema.attention.corners import CornerTracker
-from bodyschema.learning.hand_eye.belief import theta_of
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.hand_eye.stereo_points import StereoPoints
+from bodyschema.learners.hand_eye.belief import theta_of
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.stereo_points import StereoPoints
+from bodyschema.vision.corners import CornerTracker
 from seen_patch import PLATE, STEREO, sights, world_camera
 
 

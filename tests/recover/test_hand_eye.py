@@ -9,10 +9,10 @@ import pytest
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.learning.hand_eye import pose_pairs
-from bodyschema.learning.hand_eye.full_poses import Mount, solve_hand_eye
-from bodyschema.learning.hand_eye.pose_pairs import PairFit, jacobian, residual
-from bodyschema.learning.hand_eye.pose_streams import interpolate, join_streams
+from bodyschema.learners.hand_eye import pose_pairs
+from bodyschema.learners.hand_eye.full_poses import Mount, solve_hand_eye
+from bodyschema.learners.hand_eye.pose_pairs import PairFit, jacobian, residual
+from bodyschema.learners.hand_eye.pose_streams import interpolate, join_streams
 from simulated import random_pose, random_poses
 
 Array = np.ndarray

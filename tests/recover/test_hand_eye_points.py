@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
-from bodyschema.learning.hand_eye.clock import ClockSearch
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.hand_eye.stereo_points import StereoPoints
+from bodyschema.learners.hand_eye.clock import ClockSearch
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.stereo_points import StereoPoints
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation.katana import (
     Noise,
     delayed,

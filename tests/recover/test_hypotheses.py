@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 import bodyschema as bs
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED, REVOLUTE
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.contour_tracker import ContourTracker, TrackInfo
-from bodyschema.learning.images.doubts import Doubts
-from bodyschema.learning.images.hypothesis import weights
+from bodyschema.learners.images.contour_tracker import ContourTracker, TrackInfo
+from bodyschema.learners.images.doubts import Doubts
+from bodyschema.learners.images.hypothesis import weights
+from bodyschema.model.kernels import FIXED, REVOLUTE
 from bodyschema.senses.images import Images
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 
 pytest.importorskip("cv2")
 

@@ -10,12 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.body.tree import Body
-from bodyschema.learning.batch import Fit, LevenbergMarquardt
-from bodyschema.learning.identifiability import Identifiability, identifiability, random_postures
-from bodyschema.learning.normal_equations import fisher_share, level_rows, whiten
-from bodyschema.senses.observations import Observations
+from bodyschema.estimation.identifiability import Identifiability, identifiability, random_postures
+from bodyschema.estimation.normal_equations import fisher_share, level_rows, whiten
+from bodyschema.estimation.solver import Fit, Solver
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
+from bodyschema.senses.sense import Sense
 from simulated import free_all, points, poses, postures, seen_arm
 
 Array = NDArray[np.float64]
@@ -24,25 +24,25 @@ N = 5
 SAMPLES = 60
 
 
-def told(body: Body, parameters: Parameters, senses: Sequence[Observations]) -> Identifiability:
+def told(body: Body, variables: Variables, senses: Sequence[Sense]) -> Identifiability:
     """Fit and judge; the rank must be that of the stacked Jacobian in units of the prior."""
-    fit = LevenbergMarquardt().fit(body, parameters, senses)
+    fit = Solver().fit(body, variables, senses)
     found = identifiability(fit, senses)
     assert found.rank == np.linalg.matrix_rank(stacked(fit, senses), tol=1.0)
-    assert found.rank + len(found.directions) == len(parameters)
+    assert found.rank + len(found.directions) == len(variables)
     assert found.open_share.sum() == pytest.approx(len(found.directions))
     return found
 
 
-def stacked(fit: Fit, senses: Sequence[Observations]) -> Array:
+def stacked(fit: Fit, senses: Sequence[Sense]) -> Array:
     """(numbers, n_parameters) whitened Jacobian, weighted as in the fit."""
     estimate, rows = fit.estimate, []
     for sense, level, weight in zip(senses, fit.levels, fit.weights, strict=True):
-        part = whiten(sense, estimate.reference, estimate.parameters, estimate.x)
+        part = whiten(sense, estimate.reference, estimate.variables, estimate.x)
         root = np.sqrt(weight * fisher_share(4.0, part.residual.shape[1]))
         J = part.jacobian * root[:, None, None] / level_rows(sense, level)[:, None]
         rows.append(J.reshape(-1, len(estimate.x)))
-    return np.concatenate(rows) * estimate.parameters.scale
+    return np.concatenate(rows) * estimate.variables.scale
 
 
 @pytest.fixture
@@ -109,8 +109,8 @@ def test_the_first_joint_and_an_unknown_tracker(
     sense: str, body: Body, q: Array, rng: np.random.Generator
 ) -> None:
     body = body.with_placement("tracker", lie.transform(np.eye(3), [0.8, 0.0, 0.3]))
-    parameters = join(free_joints(body, ["offsets"]), free_frame(body, "tracker"))
-    found = told(body, parameters, [SENSES[sense](body, q, rng)])
+    variables = join(free_joints(body, ["offsets"]), free_frame(body, "tracker"))
+    found = told(body, variables, [SENSES[sense](body, q, rng)])
     (direction,) = found.directions
     # The tracker goes round the vertical together with the first joint.
     assert set(direction.members) == {"joint_1.offset", "tracker.turn_z", "tracker.link_y"}
@@ -168,9 +168,9 @@ def test_all_free_leaves_the_directions_that_geometry_says(n: int) -> None:
     """A revolute arm has 4 n + 6 geometric numbers (Everett, Driels, Mooring 1987)."""
     rng = np.random.default_rng(n)
     body = seen_arm(n, rng)
-    parameters = free_all(body, ("offsets", "axes", "links"))
+    variables = free_all(body, ("offsets", "axes", "links"))
     seen = poses(body, postures(300, body, rng), rng, (1e-5, 1e-5))
-    found = told(body, parameters, [seen])
+    found = told(body, variables, [seen])
     assert found.rank == 4 * n + 6
     assert all(direction.inherent for direction in found.directions)
 
@@ -188,7 +188,7 @@ def test_without_parameters_there_is_nothing_to_tell(
     body: Body, q: Array, rng: np.random.Generator
 ) -> None:
     seen = [points(body, q, rng)]
-    fit = LevenbergMarquardt().fit(body, free_joints(body, ()), seen)
+    fit = Solver().fit(body, free_joints(body, ()), seen)
     assert identifiability(fit, seen).rank == 0
     assert identifiability(fit, seen).directions == ()
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bodyschema.errors import InputError
-from bodyschema.learning.learner import run
-from bodyschema.learning.smoother import Foresight, Smoother
+from bodyschema.learners.learner import run
+from bodyschema.learners.smoother import Foresight, Smoother
 from bodyschema.monitoring.innovations import LONGEST, Candidate, InnovationTest
 from bodyschema.monitoring.link_change import NOTHING, LinkMonitor, log_likelihood
 from bodyschema.studies.held_tool import CANDIDATES, TIP, Change, Setting, arm, freed
@@ -76,19 +76,19 @@ def test_a_camera_that_turned_is_told_from_a_bent_tool_by_poses() -> None:
     """Candidates are any parameters and senses are any: here six of a frame, seen as poses."""
     rng = np.random.default_rng(4)
     nominal = seen_arm(4, rng)
-    parameters = free_all(nominal)
+    variables = free_all(nominal)
     parts = {
-        frame: tuple(n for n in parameters.names if n.startswith(f"{frame}."))
+        frame: tuple(n for n in variables.names if n.startswith(f"{frame}."))
         for frame in ("tracker", "tool")
     }
     monitor = LinkMonitor(tuple(Candidate(name, rows, 0.1) for name, rows in parts.items()))
     q = postures(160, nominal, rng)
     for part in parts:
-        x = np.zeros(len(parameters))
-        x[[parameters.names.index(name) for name in parts[part]]] = 0.01 * rng.normal(size=6)
-        changed = nominal.with_parameters(parameters, x)
+        x = np.zeros(len(variables))
+        x[[variables.names.index(name) for name in parts[part]]] = 0.01 * rng.normal(size=6)
+        changed = nominal.with_variables(variables, x)
         before, after = poses(nominal, q[:100], rng), poses(changed, q[100:], rng)
-        quiet = list(run(monitor, monitor.start(nominal, parameters), [before]))
+        quiet = list(run(monitor, monitor.start(nominal, variables), [before]))
         assert not any(report.alarm for _, report in quiet)
         states, reports = zip(*run(monitor, quiet[-1][0], [after]), strict=True)
         assert [report.verdict for report in reports if report.verdict] == [part]
@@ -102,20 +102,20 @@ def test_the_statistic_is_that_of_the_definition() -> None:
     """Against sums over the whole history, for two candidates of different size."""
     rng = np.random.default_rng(0)
     nominal = seen_arm(3, rng)
-    parameters = free_all(nominal)
+    variables = free_all(nominal)
     candidates = (
         Candidate("offset", ("joint_2.offset",), 0.2, odds=3.0),
         Candidate("tool", tuple(f"tool.link_{c}" for c in "xyz"), 0.1),
     )
-    test = InnovationTest.of(candidates, parameters, 0.01)
+    test = InnovationTest.of(candidates, variables, 0.01)
     state, history = test.start(), []
     for t in range(40):
-        u, J = 2 * rng.normal(size=3), rng.normal(size=(3, len(parameters)))
+        u, J = 2 * rng.normal(size=3), rng.normal(size=(3, len(variables)))
         state, finding = test.step(state, Foresight(u, u, J, 0.0))
         history.append((u * min(1, 3 / np.linalg.norm(u)), J))
         best = (0.0, 0, 0)
         for c, candidate in enumerate(candidates):
-            rows = candidate.rows(parameters)
+            rows = candidate.rows(variables)
             for w in range(2, min(t + 1, LONGEST) + 1):
                 s = sum(J[:, rows].T @ v for v, J in history[-w:])
                 F = sum(J[:, rows].T @ J[:, rows] for _, J in history[-w:])

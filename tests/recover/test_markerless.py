@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 import bodyschema as bs
 from bodyschema import lie
 from bodyschema.acting.servoing import pose_error
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.doubts import Doubts
-from bodyschema.learning.images.hand_track import hand_pose
-from bodyschema.learning.images.image_seeds import best_apart, coarse, sobol_seeds, spread_out
-from bodyschema.learning.images.markerless import Markerless
-from bodyschema.learning.images.markerless_fit import MarkerlessFit
+from bodyschema.learners.images.doubts import Doubts
+from bodyschema.learners.images.hand_track import hand_pose
+from bodyschema.learners.images.markerless import Markerless
+from bodyschema.learners.images.markerless_fit import MarkerlessFit
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.seeds.image_seeds import best_apart, coarse, sobol_seeds, spread_out
 from bodyschema.senses.images import Images, Picture
 from bodyschema.simulation import icub
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 from icub_arm import arm, eyes, readings
 
 pytest.importorskip("cv2")
@@ -38,7 +38,7 @@ HAND = bs.Surface.of(BODY, ["r_hand"])
 def look(truth: Array, n: int, shown: bs.Surface | None = None) -> list[Images]:
     """Masks of an arm that deviates by the truth."""
     skin = arm() if shown is None else shown
-    body, cameras = BODY.with_parameters(OFFSETS, truth), tuple(eyes())
+    body, cameras = BODY.with_variables(OFFSETS, truth), tuple(eyes())
     frames = []
     for i in POSTURES[:n]:
         q = readings(20)[i]
@@ -48,7 +48,7 @@ def look(truth: Array, n: int, shown: bs.Surface | None = None) -> list[Images]:
     return frames
 
 
-def learn(frames: list[Images], free: bs.Parameters = OFFSETS) -> MarkerlessFit:
+def learn(frames: list[Images], free: bs.Variables = OFFSETS) -> MarkerlessFit:
     return Markerless(arm(), seeds=128, refined=4).fit(BODY, free, frames)
 
 
@@ -121,7 +121,7 @@ def error_of_the_hand(doubts: Doubts, seed: int) -> tuple[float, float]:
     believed = [replace(seen, cameras=cameras) for seen in frames]
     fit = Markerless(arm(), seeds=0, doubts=doubts).fit(body, OFFSETS, believed)
     T, P = hand_pose(fit.whole, frames[0].q, icub.LEFT_EYE, icub.HAND)
-    posed = BODY.with_parameters(OFFSETS, truth)
+    posed = BODY.with_variables(OFFSETS, truth)
     e = pose_error(relative_pose(posed, frames[0].q, icub.LEFT_EYE, icub.HAND), T)
     return float(e @ np.linalg.solve(P, e)), 1e3 * float(np.linalg.norm(e[:3]))
 

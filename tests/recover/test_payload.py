@@ -9,11 +9,11 @@ import pytest
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.learning.payload.clock_lag import clock_lag, shifted
-from bodyschema.learning.payload.learner import LoadLearner, com_covariance
-from bodyschema.learning.payload.paper_form import PaperPayload, load_of, paper_rows
-from bodyschema.learning.payload.recorded import Part, fit_payload
-from bodyschema.learning.payload.untold import untold
+from bodyschema.learners.payload.clock_lag import clock_lag, shifted
+from bodyschema.learners.payload.learner import LoadLearner, com_covariance
+from bodyschema.learners.payload.recorded import Part, fit_payload
+from bodyschema.learners.payload.untold import untold
+from bodyschema.learners.published.paper_payload import PaperPayload, load_of, paper_rows
 from bodyschema.monitoring.held_load import LoadWatch
 from bodyschema.senses.wrench_means import Averaging, postures
 from bodyschema.simulation.loads import (

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import free_joints, free_skeleton
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.learner import run
-from bodyschema.learning.skeletons.pool import Pool
-from bodyschema.learning.skeletons.pool_state import PoolState
+from bodyschema.learners.learner import run
+from bodyschema.learners.skeletons.pool import Pool
+from bodyschema.learners.skeletons.pool_state import PoolState
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_joints, free_skeleton
 from bodyschema.senses.points import Points
 from bodyschema.senses.touches import Touches
 from bodyschema.simulation.humanoid import humanoid
@@ -66,7 +66,7 @@ def test_noise_and_outliers_leave_an_error_of_the_size_that_it_states() -> None:
         q = postures(60, truth, rng, 1.6)
         fresh = points(truth, q, rng, 0.0, "base", "tip")
         estimate = state.estimate
-        linear = fresh.linearize(estimate.reference, estimate.parameters, estimate.x)
+        linear = fresh.linearize(estimate.reference, estimate.variables, estimate.x)
         C = linear.by_parameter @ estimate.covariance @ linear.by_parameter.transpose(0, 2, 1)
         ratios.append(np.sum(linear.residual**2) / np.trace(C, axis1=1, axis2=2).sum())
     assert 0.4 < np.mean(ratios) < 2.0

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from bodyschema import InputError, learn_skeleton
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.learning.one_pass import pooled
-from bodyschema.learning.skeletons.problem import SkeletonProblem
+from bodyschema.answers.one_pass import pooled
+from bodyschema.answers.skeleton import SkeletonProblem
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
 from bodyschema.senses.poses import Poses
 from simulated_skeleton import NOISE, arrangement, true_torso, watched
 
@@ -56,7 +56,7 @@ def test_axes_are_right_and_links_are_one_of_many(learned):
     # Three joints slide, and the root may be anywhere.
     assert len(answer.identifiability.directions) == 6
     total = 3 * 5 + 3 * 3
-    assert len(answer.estimate.parameters) == total
+    assert len(answer.estimate.variables) == total
     assert answer.identifiability.rank == total - 6
 
 
@@ -87,12 +87,12 @@ def test_a_pool_that_was_startled_at_the_end_has_not_forgotten(tmp_path):
     wrong = hand.position.copy()
     wrong[52:] += rng.normal(size=(8, 3))
     problem = SkeletonProblem(Body.from_arrangement(path), (hand,), {}, truth.joints)
-    parameters = problem.parameters(("axes", "links"))
-    body = pooled(problem.body, parameters, [replace(hand, position=wrong)])
+    variables = problem.variables(("axes", "links"))
+    body = pooled(problem.body, variables, [replace(hand, position=wrong)])
     ideal = hand.imagined(truth, hand.q)
     assert np.linalg.norm(ideal.residual(body), axis=1).max() < 0.02
     with pytest.raises(InputError, match="too few to find"):
-        pooled(problem.body, parameters, [hand.take(range(3))])
+        pooled(problem.body, variables, [hand.take(range(3))])
 
 
 def test_what_cannot_be_learned_from_is_refused(tmp_path):

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning import huber, smoother
-from bodyschema.learning.batch import LevenbergMarquardt
-from bodyschema.learning.learner import run
-from bodyschema.learning.smoother import Smoothed, Smoother, foresee
-from bodyschema.senses.observations import Observations
+from bodyschema.estimation import huber
+from bodyschema.estimation.solver import Solver
+from bodyschema.learners import smoother
+from bodyschema.learners.learner import run
+from bodyschema.learners.smoother import Smoothed, Smoother, foresee
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.senses.sense import Sense
 from bodyschema.studies.held_tool import TIP, Scene, Setting, arm, freed
 from simulated import drawn, free_all, points, poses, postures, seen_arm, spoiled
 
@@ -21,7 +22,7 @@ CLEAN = Setting(noise=0.05, outliers=0.0, motion="independent", arm_error=1.0)
 ROUGH = replace(CLEAN, outliers=0.05)
 
 
-def learned(learner: Smoother, state: Smoothed, *senses: Observations) -> Smoothed:
+def learned(learner: Smoother, state: Smoothed, *senses: Sense) -> Smoothed:
     for after, _ in run(learner, state, senses):
         state = after
     return state
@@ -39,14 +40,14 @@ def test_with_normal_noise_it_is_the_batch(n: int, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(smoother, "SETTLED", 1e-6)
     rng = np.random.default_rng(0)
     nominal = seen_arm(4, rng)
-    parameters = free_all(nominal)
-    parameters = parameters.with_prior(0.05 * parameters.prior_std)
-    truth = nominal.with_parameters(parameters, drawn(parameters, rng))
+    variables = free_all(nominal)
+    variables = variables.with_prior(0.05 * variables.prior_std)
+    truth = nominal.with_variables(variables, drawn(variables, rng))
     seen = [points(truth, postures(n, truth, rng), rng, seen="tip")]
     seen.append(poses(truth, postures(n, truth, rng), rng))
     learner = Smoother()
-    state = learned(learner, learner.start(nominal, parameters), *seen)
-    batch = LevenbergMarquardt(np.inf, learn_levels=False).fit(nominal, parameters, seen).estimate
+    state = learned(learner, learner.start(nominal, variables), *seen)
+    batch = Solver(np.inf, learn_levels=False).fit(nominal, variables, seen).estimate
     assert (np.abs(state.x - batch.x) < 0.05 * batch.std).all()
     assert state.estimate.std == pytest.approx(batch.std, rel=0.02)
     assert len(state.window) == min(2 * n, 32) == sum(map(len, state.window.batches))
@@ -95,13 +96,13 @@ def test_it_does_not_grow_sure_of_what_no_motion_tells() -> None:
     for seed in range(3):
         rng = np.random.default_rng(seed)
         nominal = seen_arm(4, rng)
-        parameters = free_all(nominal)
-        x = drawn(parameters, rng, 0.3)
-        truth = nominal.with_parameters(parameters, x)
+        variables = free_all(nominal)
+        x = drawn(variables, rng, 0.3)
+        truth = nominal.with_variables(variables, x)
         seen = poses(truth, postures(100, truth, rng), rng)
         learner = Smoother()
-        estimate = learned(learner, learner.start(nominal, parameters), seen).estimate
-        batch = LevenbergMarquardt(np.inf, learn_levels=False).fit(nominal, parameters, [seen])
+        estimate = learned(learner, learner.start(nominal, variables), seen).estimate
+        batch = Solver(np.inf, learn_levels=False).fit(nominal, variables, [seen])
         assert (estimate.std > 0.9 * batch.estimate.std).all()
         assert np.abs((estimate.x - x) / estimate.std).max() < 4.5
 
@@ -139,11 +140,11 @@ def test_forgetting_is_adding_variance_to_one_block(n: int) -> None:
 def test_the_belief_before_the_newest_samples_is_the_one_that_was() -> None:
     rng = np.random.default_rng(2)
     nominal = seen_arm(4, rng)
-    parameters = free_all(nominal)
+    variables = free_all(nominal)
     tips = points(nominal, postures(30, nominal, rng), rng, seen="tip")
     seen = [tips, replace(poses(nominal, postures(30, nominal, rng), rng), time=tips.time + 0.5)]
     learner = Smoother()
-    states = [learner.start(nominal, parameters)]
+    states = [learner.start(nominal, variables)]
     states += [state for state, _ in run(learner, states[0], seen)]
     base, since = learner.before(states[-1], 9)
     assert [sample.label for sample in since] == list(states[-1].window.order[-9:])

@@ -10,14 +10,14 @@ import pytest
 from numpy.typing import NDArray
 
 import bodyschema as bs
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.particle_filter import ParticleFilter
-from bodyschema.learning.watched_images import WatchedImages, WatchedOutline
+from bodyschema.learners.published.particle_filter import ParticleFilter
+from bodyschema.learners.watched_images import WatchedImages, WatchedOutline
 from bodyschema.monitoring.block_ratio import Window
 from bodyschema.monitoring.machine import Machine, Watch
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 from icub_arm import arm, eyes, readings
 
 pytest.importorskip("cv2")
@@ -34,7 +34,7 @@ ELBOW = icub.RIGHT_ARM.index("r_elbow")
 def look(offsets: Array, q: Array) -> Images:
     """Masks of the arm in both eyes."""
     cameras = tuple(eyes())
-    T = piece_poses(BODY.with_parameters(OFFSETS, offsets), q, cameras, arm().frames)[0]
+    T = piece_poses(BODY.with_variables(OFFSETS, offsets), q, cameras, arm().frames)[0]
     masks = tuple(silhouette(arm(), pose, c) for pose, c in zip(T, cameras, strict=True))
     return Images(0.0, q, cameras, masks)
 

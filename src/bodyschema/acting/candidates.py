@@ -18,12 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import PRISMATIC
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.problem import moved_joints
-from bodyschema.senses.observations import Observations
+from bodyschema.estimation.problem import moved_joints
+from bodyschema.model.kernels import PRISMATIC
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -80,7 +80,7 @@ class View:
     """Of the widest angle to `facing`."""
 
     @classmethod
-    def of(cls, body: Body, sense: Observations) -> View | None:
+    def of(cls, body: Body, sense: Sense) -> View | None:
         """The view of a recorded sense; None where nothing was recorded."""
         if not len(sense):
             return None
@@ -115,7 +115,7 @@ def _looked_at_from(T_a_b: Array) -> Array:
 
 def find_candidates(
     body: Body,
-    senses: Sequence[Observations],
+    senses: Sequence[Sense],
     n: int,
     rng: np.random.Generator,
     anywhere: bool = False,

@@ -24,17 +24,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose_derivatives
-from bodyschema.learning.batch import LevenbergMarquardt
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.normal_equations import (
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.normal_equations import (
     fisher_share,
     level_rows,
     positive_factor,
     solve_factored,
     whiten,
 )
-from bodyschema.senses.observations import Observations
+from bodyschema.estimation.solver import Solver
+from bodyschema.model.kinematics import relative_pose_derivatives
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -43,17 +43,17 @@ Criterion = Literal["tool", "all"]
 Pair = tuple[str, str]
 """(seen_from, seen): the frames between which the tool error counts."""
 
-FREEDOM = LevenbergMarquardt().freedom
+FREEDOM = Solver().freedom
 """Of the Student-t noise that the batch learner assumes."""
 
 
 def believed_information(estimate: Estimate) -> Array:
     """F in units of the prior, (N, N): data and prior."""
-    D = estimate.parameters.scale
+    D = estimate.variables.scale
     return np.asarray(D[:, None] * estimate.information * D)
 
 
-def noise_levels(estimate: Estimate, sense: Observations) -> tuple[float, ...]:
+def noise_levels(estimate: Estimate, sense: Sense) -> tuple[float, ...]:
     """Learned noise of each component, in units of the believed noise; 1 where none is stored."""
     learned = estimate.noise or {}
     believed = np.sqrt(np.diag(sense.covariance))
@@ -65,7 +65,7 @@ def noise_levels(estimate: Estimate, sense: Observations) -> tuple[float, ...]:
 
 
 def expected_jacobians(
-    estimate: Estimate, senses: Sequence[Observations], q: Array, visible: Flags
+    estimate: Estimate, senses: Sequence[Sense], q: Array, visible: Flags
 ) -> Array:
     """Whitened Jacobians of all senses at postures q, (n, d, N), in units of the prior.
 
@@ -78,22 +78,22 @@ def expected_jacobians(
     blocks = []
     for sense, seen in zip(senses, visible.T, strict=True):
         ideal = sense.imagined(estimate.body, q)
-        part = whiten(ideal, estimate.reference, estimate.parameters, estimate.x)
+        part = whiten(ideal, estimate.reference, estimate.variables, estimate.x)
         scale = np.sqrt(fisher_share(FREEDOM, part.residual.shape[1]))
         root = scale / level_rows(sense, noise_levels(estimate, sense))
         blocks.append(part.jacobian * root[:, None] * seen[:, None, None])
-    return np.asarray(np.concatenate(blocks, axis=1) * estimate.parameters.scale)
+    return np.asarray(np.concatenate(blocks, axis=1) * estimate.variables.scale)
 
 
 def tool_jacobians(estimate: Estimate, pairs: Sequence[Pair], q: Array) -> Array:
     """Derivative of each pair's position (m) at postures q, (pairs * n, 3, N), prior units."""
     parts = [
         relative_pose_derivatives(
-            estimate.reference, estimate.parameters, estimate.x, q, seen_from, seen
+            estimate.reference, estimate.variables, estimate.x, q, seen_from, seen
         ).by_parameter[:, :3]
         for seen_from, seen in pairs
     ]
-    return np.asarray(np.concatenate(parts) * estimate.parameters.scale)
+    return np.asarray(np.concatenate(parts) * estimate.variables.scale)
 
 
 def covariance_of(F: Array) -> Array:

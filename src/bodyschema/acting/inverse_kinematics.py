@@ -25,11 +25,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose_derivatives
-from bodyschema.body.parameters import Parameters, free_joints
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.identifiability import random_postures
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.model.kinematics import relative_pose_derivatives
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_joints
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -129,7 +129,7 @@ class _Problem:
     rotation: Array | None
     moves: Flags
     arm: float
-    nothing: Parameters
+    nothing: Variables
     """No free parameter: derivatives by the joints alone."""
 
     @classmethod

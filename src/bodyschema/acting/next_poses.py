@@ -24,10 +24,10 @@ from bodyschema.acting.information_gain import (
     tool_jacobians,
 )
 from bodyschema.errors import InputError
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.identifiability import SAYS_LITTLE
-from bodyschema.learning.prediction import length_quantile
-from bodyschema.senses.observations import Observations
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.identifiability import SAYS_LITTLE
+from bodyschema.estimation.prediction import length_quantile
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
@@ -61,13 +61,13 @@ class Plan:
     """The rank that all candidates together would reach."""
     n_parameters: int
     told: tuple[str, ...]
-    """Parameters that the plan takes out of open directions, the most changed first."""
+    """Variables that the plan takes out of open directions, the most changed first."""
     n_candidates: int
 
 
 def plan_poses(
     estimate: Estimate,
-    senses: Sequence[Observations],
+    senses: Sequence[Sense],
     n: int = 10,
     *,
     candidates: Candidates | None = None,
@@ -92,7 +92,7 @@ def plan_poses(
     """
     if n < 1:
         raise InputError(f"a plan of {n} poses was asked for; ask for at least 1.")
-    if not len(estimate.parameters):
+    if not len(estimate.variables):
         raise InputError("the estimate has no free parameters; there is nothing to learn.")
     rng = np.random.default_rng(seed)
     if candidates is None:
@@ -109,7 +109,7 @@ def plan_poses(
     numbers = float(sum(len(sense) * len(sense.covariance) for sense in senses)) or np.inf
     W = np.einsum("kai,kaj->ij", E, E) / len(E) if criterion == "tool" else None
     chosen = greedy(F, J, W, n)
-    told, rank = _told(F, J[chosen], estimate.parameters.names)
+    told, rank = _told(F, J[chosen], estimate.variables.names)
     draws = [rng.choice(len(J), n, replace=False) for _ in range(DRAWS)]
     return Plan(
         q=candidates.q[chosen],
@@ -119,7 +119,7 @@ def plan_poses(
         random_error=np.mean([_errors(F, J[draw], E, numbers) for draw in draws], axis=0),
         rank=rank,
         most=_rank(F + np.einsum("kai,kaj->ij", J, J)),
-        n_parameters=len(estimate.parameters),
+        n_parameters=len(estimate.variables),
         told=told,
         n_candidates=len(candidates.q),
     )
@@ -149,7 +149,7 @@ def _rank(F: Array) -> int:
 
 
 def _told(F: Array, J: Array, names: Sequence[str]) -> tuple[tuple[str, ...], tuple[int, ...]]:
-    """Parameters that leave open directions, and the rank before and after each pose."""
+    """Variables that leave open directions, and the rank before and after each pose."""
     steps = [F, *(F + np.cumsum(np.swapaxes(J, 1, 2) @ J, axis=0))]
     less = _open_share(steps[0]) - _open_share(steps[-1])
     order = [i for i in np.argsort(-less, kind="stable") if less[i] >= TOLD_APART]

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.acting.next_poses import Plan
-from bodyschema.body.kinematics import frame_poses
-from bodyschema.body.tree import Body
 from bodyschema.errors import MissingExtraError
-from bodyschema.senses.observations import Observations
+from bodyschema.model.kinematics import frame_poses
+from bodyschema.model.tree import Body
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ PLANNED, RANDOM = "#0a8f86", "#d9600f"
 INK, GREY, RULE, PAPER, SCENE = "#22272e", "#767676", "#e4e1da", "#ffffff", "#f7f5f1"
 
 
-def draw_plan(plan: Plan, body: Body, senses: Sequence[Observations], path: str | Path) -> Path:
+def draw_plan(plan: Plan, body: Body, senses: Sequence[Sense], path: str | Path) -> Path:
     """Draw the picture into a .png, .svg or .pdf file and return its path.
 
     Args:
@@ -88,9 +88,7 @@ def _draw_errors(axes: Any, plan: Plan) -> None:
     axes.grid(color=RULE, linewidth=0.8)
 
 
-def _draw_views(
-    side: Any, above: Any, plan: Plan, body: Body, senses: Sequence[Observations]
-) -> None:
+def _draw_views(side: Any, above: Any, plan: Plan, body: Body, senses: Sequence[Sense]) -> None:
     """The robot in all poses, projected on x-z and on x-y."""
     lines, ends, still = _skeleton(body, plan)
     places = frame_poses(body, plan.q)[..., :3, 3]

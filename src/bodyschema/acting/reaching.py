@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bodyschema.acting.inverse_kinematics import Aim, InverseKinematics, Reached
 from bodyschema.acting.robot import Robot
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.tree import Body
 
 
 def reach(

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from bodyschema.acting.candidates import joint_ranges
 from bodyschema.acting.shapes import Hull, hulls_of
-from bodyschema.body.kinematics import frame_poses
-from bodyschema.body.tree import Body, Visual
 from bodyschema.errors import MissingExtraError
+from bodyschema.model.kinematics import frame_poses
+from bodyschema.model.tree import Body, Visual
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

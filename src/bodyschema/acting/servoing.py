@@ -27,9 +27,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
 from bodyschema.acting.inverse_kinematics import Aim
-from bodyschema.body.kinematics import frame_jacobian, relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.kinematics import frame_jacobian, relative_pose
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from bodyschema.body.tree import Visual
 from bodyschema.errors import MissingExtraError
+from bodyschema.model.tree import Visual
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.camera import Camera
-from bodyschema.learning.identifiability import random_postures
-from bodyschema.learning.images.markerless_fit import MarkerlessFit
-from bodyschema.learning.images.rim_information import LEAST_EFFECT, without
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.learners.images.markerless_fit import MarkerlessFit
+from bodyschema.learners.images.rim_information import LEAST_EFFECT, without
+from bodyschema.model.camera import Camera
 
 Array = NDArray[np.float64]
 
@@ -58,9 +58,9 @@ def telling_posture(
         The posture; None if the cameras saw too little in all candidates.
     """
     estimate, model = fit.estimate, fit.model
-    n, D = len(estimate.parameters), estimate.parameters.scale
+    n, D = len(estimate.variables), estimate.variables.scale
     A = estimate.information * np.outer(D, D)
-    wanted = [f"{joint}.offset" in estimate.parameters.names for joint in model.body.joints]
+    wanted = [f"{joint}.offset" in estimate.variables.names for joint in model.body.joints]
     moves = np.array(wanted) | (np.ptp(q, axis=0) > MOVED)
     fresh = random_postures(model.body, CANDIDATES, np.random.default_rng(seed))
     best, least, found = None, np.inf, A

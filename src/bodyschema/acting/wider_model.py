@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.acting.information_gain import expected_jacobians
-from bodyschema.body.parameters import free_joints, join
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.problem import moved_joints
-from bodyschema.senses.observations import Observations
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.problem import moved_joints
+from bodyschema.model.variables import free_joints, join
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
 
-def widen(estimate: Estimate, senses: Sequence[Observations], groups: Sequence[str]) -> Estimate:
+def widen(estimate: Estimate, senses: Sequence[Sense], groups: Sequence[str]) -> Estimate:
     """The belief with these joint parameter groups free, and the frames that were free before.
 
     Args:
@@ -32,14 +32,14 @@ def widen(estimate: Estimate, senses: Sequence[Observations], groups: Sequence[s
     Raises:
         InputError: no such group.
     """
-    old, body = estimate.parameters, estimate.body
+    old, body = estimate.variables, estimate.body
     frames = old.take([i for i, group in enumerate(old.groups) if group.startswith("frame:")])
-    parameters = join(free_joints(body, groups, moved_joints(body, senses)), frames)
-    blank = np.zeros(len(parameters))
-    wide = Estimate(body, parameters, blank, np.diag(blank), estimate.noise)
+    variables = join(free_joints(body, groups, moved_joints(body, senses)), frames)
+    blank = np.zeros(len(variables))
+    wide = Estimate(body, variables, blank, np.diag(blank), estimate.noise)
     total = np.diag(blank)
     for sense in senses:
         J = expected_jacobians(wide, [sense], sense.q, np.ones((len(sense), 1), dtype=bool))
-        J = J.reshape(-1, len(parameters)) / parameters.scale
+        J = J.reshape(-1, len(variables)) / variables.scale
         total += J.T @ J
-    return Estimate(body, parameters, blank, total, estimate.noise)
+    return Estimate(body, variables, blank, total, estimate.noise)

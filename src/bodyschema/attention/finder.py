@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.confirming import Moved, next_motion, verdict, with_motion
 from bodyschema.attention.contingency import Contingency, called_me, probability, weigh
-from bodyschema.attention.flow import cell_flow, in_company, prepare, reduction, repeats
 from bodyschema.attention.frames import check_frame, check_settings, grid
 from bodyschema.attention.lag import LagBelief, after_motion
 from bodyschema.attention.motor import MotionCutter, Motor
@@ -34,6 +33,7 @@ from bodyschema.attention.visual_jacobian import (
     joint_evidence,
 )
 from bodyschema.errors import InputError
+from bodyschema.vision.flow import cell_flow, in_company, prepare, reduction, repeats
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

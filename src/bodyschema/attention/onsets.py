@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.attention.body_in_view import BodyInView, NextMotion
-from bodyschema.attention.flow import opencv
 from bodyschema.attention.frames import check_frame, check_settings, grid
+from bodyschema.vision.flow import opencv
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -10,10 +10,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from bodyschema.answers.calibration import Accuracy, Calibration, describe_groups
+from bodyschema.estimation.clock import FALSE_ALARM
+from bodyschema.estimation.held_out import Errors
 from bodyschema.export.calibration_yaml import OPEN, predicted_errors, skeleton_entries
-from bodyschema.learning.calibration import Accuracy, Calibration, describe_groups
-from bodyschema.learning.clock import FALSE_ALARM
-from bodyschema.learning.held_out import Errors
 from bodyschema.report.units import SHOWN
 
 MOST_SENTENCES = 5
@@ -23,9 +23,9 @@ MOST_SENTENCES = 5
 def as_json(calibration: Calibration) -> dict[str, Any]:
     """Everything of the answer in plain types; lengths in mm, rotations in deg, values in SI."""
     estimate = calibration.estimate
-    parameters, known = estimate.parameters, calibration.identifiability
+    variables, known = estimate.variables, calibration.identifiability
     rows = zip(
-        parameters.names, estimate.x, estimate.std, parameters.units, known.open_share, strict=True
+        variables.names, estimate.x, estimate.std, variables.units, known.open_share, strict=True
     )
     return {
         "verdict": calibration.verdict,
@@ -182,11 +182,11 @@ def _skeleton_table(skeleton: Mapping[str, Mapping[str, Any]]) -> Table:
     return table
 
 
-def _parameter_table(parameters: Sequence[Mapping[str, Any]]) -> Table:
+def _parameter_table(variables: Sequence[Mapping[str, Any]]) -> Table:
     table = Table(title="Corrections", title_justify="left")
     for head in ("parameter", "value", "± std", "unit"):
         table.add_column(head, justify="left" if head in ("parameter", "unit") else "right")
-    for entry in parameters:
+    for entry in variables:
         scale, shown = SHOWN[entry["unit"]]
         std = entry["std"]
         bar = "not determined" if std is None else f"{scale * std:.3f}"

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import tyro
 
-from bodyschema.body.arrangement import read_arrangement
 from bodyschema.cli.markers import marker_senses, skeleton_run
 from bodyschema.cli.run_file import (
     FrameEntry,
@@ -22,12 +21,13 @@ from bodyschema.cli.run_file import (
     read_run_file,
 )
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.model.arrangement import read_arrangement
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from bodyschema.answers.calibration import Calibration
     from bodyschema.cli.loading import Loaded
-    from bodyschema.learning.calibration import Calibration
 
 Group = Literal["offsets", "gears", "axes", "links"]
 LearnerName = Literal["batch", "gauss-newton", "smoother", "online-gradient", "pool"]
@@ -228,8 +228,8 @@ class Calibrate:
 
 def _calibration(run: RunFile, loaded: Loaded, progress: Callable[[str], None]) -> Calibration:
     """Correct the robot, or learn its skeleton."""
-    from bodyschema.learning.calibrate import calibrate
-    from bodyschema.learning.skeletons.problem import learn_skeleton
+    from bodyschema.answers.calibrate import calibrate
+    from bodyschema.answers.skeleton import learn_skeleton
 
     if run.skeleton:
         learner = cast(LearnerName, run.learner)

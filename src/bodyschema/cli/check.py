@@ -26,7 +26,7 @@ from bodyschema.monitoring.stream_check import (
     check_stream,
     is_stream,
 )
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 
 POSTURES = 100
 """Of a stream, that are tested as a whole."""
@@ -81,7 +81,7 @@ class Check:
         return 1 if answer.changed or (stream is not None and stream.changes) else 0
 
 
-def thinned(senses: Sequence[Observations]) -> list[Observations]:
+def thinned(senses: Sequence[Sense]) -> list[Sense]:
     """At most POSTURES samples of each sense, evenly spread over the recording."""
     return [
         sense.take(np.unique(np.linspace(0, len(sense) - 1, POSTURES).astype(int)))

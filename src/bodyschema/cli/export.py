@@ -30,11 +30,11 @@ class Export:
     def run(self) -> int:
         """Patch and write; see the module's text."""
         from bodyschema.atomic import new_file
-        from bodyschema.body.parameters import free_joints
-        from bodyschema.body.urdf import parse_urdf, urdf_text
         from bodyschema.export.corrections import read_corrections
         from bodyschema.export.urdf_edits import urdf_edits
         from bodyschema.export.urdf_patch import patch_urdf
+        from bodyschema.model.urdf import parse_urdf, urdf_text
+        from bodyschema.model.variables import free_joints
 
         if self.out.resolve() == self.robot.resolve():
             raise InputError(f"'{self.out}' is the input; name another file for the result.")
@@ -43,13 +43,13 @@ class Export:
         corrections = read_corrections(self.result)
         text = urdf_text(self.robot, {})
         body = parse_urdf(text, self.robot, {})
-        parameters = free_joints(body)
-        unknown = [name for name in corrections if name not in parameters.names]
+        variables = free_joints(body)
+        unknown = [name for name in corrections if name not in variables.names]
         if unknown:
-            hint = did_you_mean(unknown[0], parameters.names)
+            hint = did_you_mean(unknown[0], variables.names)
             raise InputError(f"'{self.robot.name}' has no {unknown[0]}{hint}")
-        corrected = body.with_parameters(
-            parameters, [corrections.get(n, 0.0) for n in parameters.names]
+        corrected = body.with_variables(
+            variables, [corrections.get(n, 0.0) for n in variables.names]
         )
         edits = urdf_edits(body, corrected)
         with new_file(self.out) as temporary:

@@ -20,7 +20,7 @@ from bodyschema.atomic import new_folder
 from bodyschema.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from bodyschema.recording.clip import Clip
+    from bodyschema.sources.clip import Clip
 
 STILL = 2e-3
 """rad (or m, or the joint's own unit) of travel below which a joint has not moved."""
@@ -90,7 +90,7 @@ class FindBody:
 
     def _check(self) -> None:
         """Refuse flags that cannot be used, or would be left unheard."""
-        from bodyschema.recording.lerobot import is_lerobot
+        from bodyschema.sources.lerobot import is_lerobot
 
         if self.pictures < 0:
             raise InputError(f"--pictures is {self.pictures}; give 0 or more.")
@@ -113,11 +113,11 @@ class FindBody:
 
     def _clip(self) -> Clip:
         """The video with its readings."""
-        from bodyschema.recording.clip import episode_clip, join_clip
-        from bodyschema.recording.joint_track import joint_track
-        from bodyschema.recording.lerobot import is_lerobot, open_episode
-        from bodyschema.recording.tables import open_recording
-        from bodyschema.recording.video import Video
+        from bodyschema.sources.clip import episode_clip, join_clip
+        from bodyschema.sources.joint_track import joint_track
+        from bodyschema.sources.lerobot import is_lerobot, open_episode
+        from bodyschema.sources.tables import open_recording
+        from bodyschema.sources.video import Video
 
         if self.encoders is not None:
             table = open_recording(self.encoders)

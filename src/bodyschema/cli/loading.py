@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.tree import Body
 from bodyschema.cli.run_file import JointColumns, RunFile, SenseEntry
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.learning.problem import Knowledge, moved_joints
-from bodyschema.recording.recording import UNITS, Recording
-from bodyschema.recording.tables import open_recording
+from bodyschema.estimation.problem import Knowledge, moved_joints
+from bodyschema.model.tree import Body
 from bodyschema.senses.layouts import poses_from_columns
-from bodyschema.senses.observations import Observations
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
+from bodyschema.senses.sense import Sense
+from bodyschema.sources.recording import UNITS, Recording
+from bodyschema.sources.tables import open_recording
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class Loaded:
     """As described, without the frames of the run file."""
     body: Body
     """With them."""
-    senses: tuple[Observations, ...]
+    senses: tuple[Sense, ...]
     frames: Mapping[str, Knowledge]
     """Frames that are not known exactly."""
 
@@ -60,7 +60,7 @@ def load(run: RunFile) -> Loaded:
     return Loaded(nominal, body, read_senses(run, body), frames)
 
 
-def read_senses(run: RunFile, body: Body) -> tuple[Observations, ...]:
+def read_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
     """Read the recording of a run for a body that has all its frames.
 
     Raises:
@@ -107,7 +107,7 @@ def read_joints(body: Body, recording: Recording, joints: JointColumns) -> Array
 
 
 def _refuse_missing(
-    body: Body, recording: Recording, joints: JointColumns, senses: Sequence[Observations]
+    body: Body, recording: Recording, joints: JointColumns, senses: Sequence[Sense]
 ) -> None:
     """Joints between the frames must have been recorded."""
     needed = moved_joints(body, senses)
@@ -121,7 +121,7 @@ def _refuse_missing(
         )
 
 
-def _sense(entry: SenseEntry, recording: Recording, time: Array, q: Array) -> Observations:
+def _sense(entry: SenseEntry, recording: Recording, time: Array, q: Array) -> Sense:
     if entry.unit not in UNITS:
         raise InputError(f"unknown unit '{entry.unit}'{did_you_mean(entry.unit, UNITS)}")
     values, present = recording.matrix(entry.columns, "1")

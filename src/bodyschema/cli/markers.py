@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from bodyschema.body.arrangement import Arrangement
 from bodyschema.cli.run_file import JointColumns, RunFile, SenseEntry
 from bodyschema.errors import InputError
+from bodyschema.model.arrangement import Arrangement
 
 
 def skeleton_run(skeleton: Path, recording: Sequence[Path], joint_unit: str) -> RunFile:

@@ -16,10 +16,10 @@ from bodyschema.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from bodyschema.acting.next_poses import Plan
-    from bodyschema.body.tree import Body
     from bodyschema.cli.recall import Recalled
-    from bodyschema.learning.estimate import Estimate
-    from bodyschema.senses.observations import Observations
+    from bodyschema.estimation.estimate import Estimate
+    from bodyschema.model.tree import Body
+    from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 Group = Literal["offsets", "gears", "axes", "links"]
@@ -121,7 +121,7 @@ class PlanPoses:
         """The belief to plan for, widened where asked or where no joint was corrected."""
         from bodyschema.acting.wider_model import widen
 
-        joints = [g for g in estimate.parameters.groups if not g.startswith("frame:")]
+        joints = [g for g in estimate.variables.groups if not g.startswith("frame:")]
         if self.free is not None:
             return widen(estimate, recalled.senses, self.free), []
         if joints:
@@ -129,7 +129,7 @@ class PlanPoses:
         note = "No joint was corrected; the poses are to tell joint offsets, axes and links."
         return widen(estimate, recalled.senses, FULL), [note]
 
-    def _pairs(self, body: Body, senses: Sequence[Observations]) -> list[tuple[str, str]]:
+    def _pairs(self, body: Body, senses: Sequence[Sense]) -> list[tuple[str, str]]:
         """The frames between which the tool error counts."""
         for frame in filter(None, (self.tool, self.seen_from)):
             body.frame_index(frame)
@@ -141,7 +141,7 @@ class PlanPoses:
     ) -> tuple[Callable[[Array], NDArray[np.bool_]] | None, str]:
         """The test of self-collision, and a sentence on what it covers."""
         from bodyschema.acting.self_collision import SelfCollision
-        from bodyschema.learning.problem import moved_joints
+        from bodyschema.estimation.problem import moved_joints
 
         if self.ignore_collisions:
             return None, "Self-collision was not checked, as asked."
@@ -162,7 +162,7 @@ class PlanPoses:
             f"{len(test.pairs)} pairs{lost}."
         )
 
-    def _ordered(self, plan: Plan, senses: Sequence[Observations]) -> NDArray[np.int64]:
+    def _ordered(self, plan: Plan, senses: Sequence[Sense]) -> NDArray[np.int64]:
         """Rows of the plan in the order of the file."""
         from bodyschema.acting.candidates import travel_order
 
@@ -173,14 +173,14 @@ class PlanPoses:
 
     def _write(self, plan: Plan, body: Body, order: NDArray[np.int64]) -> None:
         from bodyschema.cli.plan_answer import in_unit
-        from bodyschema.recording.tables import write_table
+        from bodyschema.sources.tables import write_table
 
         values = in_unit(plan.q[order], body, self.unit)
         columns = {j: np.round(values[:, body.joint_index(j)], 6) for j in plan.joints}
         write_table(self.out, columns)
 
     def _draw(
-        self, plan: Plan, body: Body, senses: Sequence[Observations]
+        self, plan: Plan, body: Body, senses: Sequence[Sense]
     ) -> tuple[str | None, list[str]]:
         """Path of the picture, or why there is none."""
         from bodyschema.acting.plan_picture import draw_plan

@@ -13,14 +13,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from bodyschema.acting.next_poses import Plan
-from bodyschema.body.kernels import PRISMATIC
-from bodyschema.body.tree import Body
+from bodyschema.model.kernels import PRISMATIC
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 NAMED = 6
-"""Parameters that the terminal names; the JSON has all."""
+"""Variables that the terminal names; the JSON has all."""
 
 
 def in_unit(q: Array, body: Body, unit: str) -> Array:

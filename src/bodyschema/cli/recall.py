@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from bodyschema.body.tree import Body, Visual
 from bodyschema.cli.loading import load, read_robot
 from bodyschema.cli.run_file import SenseEntry, run_from_record
 from bodyschema.errors import BodyschemaError, InputError
-from bodyschema.senses.observations import Observations
+from bodyschema.model.tree import Body, Visual
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
+from bodyschema.senses.sense import Sense
 
 
 @dataclass(frozen=True)
 class Recalled:
     """What a run was made of."""
 
-    senses: tuple[Observations, ...]
+    senses: tuple[Sense, ...]
     """As recorded; without samples where the recording is gone."""
     visuals: tuple[Visual, ...]
     """Shapes of the robot description; none where that is gone."""
@@ -61,7 +61,7 @@ def recall(document: Mapping[str, Any], body: Body, robot: Path | None = None) -
     return Recalled(senses, visuals, tuple(notes))
 
 
-def _blank(entry: SenseEntry, n_joints: int) -> Observations:
+def _blank(entry: SenseEntry, n_joints: int) -> Sense:
     """A sense without samples."""
     q = np.empty((0, n_joints))
     if entry.kind == "points":

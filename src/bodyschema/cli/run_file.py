@@ -29,9 +29,9 @@
     groups = ["offsets", "axes", "links"]   # chosen by held-out error when absent
     joints = ["elbow"]                      # those between the frames when absent
 
-Paths are relative to the run file. Keys that are not known are refused. With `skeleton` the frames
-are those of the arrangement (see `body.arrangement`), and [[senses]] may be left out: marker `hand`
-is then read from the columns hand_x, hand_y and hand_z, in m.
+Paths are relative to the run file. Keys that are not known are refused. With `skeleton` the
+frames are those of the arrangement (see `model.arrangement`), and [[senses]] may be left out:
+marker `hand` is then read from the columns hand_x, hand_y and hand_z, in m.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ Table = TypeVar("Table")
 KNOWLEDGE = ("exactly", "roughly", "no")
 
 LEARNERS = ("batch", "gauss-newton", "smoother", "online-gradient", "pool")
-"""All samples at once; or one after the other in one pass, see `learning.one_pass`."""
+"""All samples at once; or one after the other in one pass, see `answers.one_pass`."""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from bodyschema.errors import InputError
 
 if TYPE_CHECKING:
     from bodyschema.cli.wrist.touch_file import TouchFile
-    from bodyschema.learning.touch.finder import Touch
+    from bodyschema.learners.touch.finder import Touch
     from bodyschema.senses.wrist_samples import WristSamples
 
 SHORTEST = 5.0
@@ -73,8 +73,8 @@ def _search(
     file: TouchFile, quiet: WristSamples, samples: WristSamples, solution: Any
 ) -> list[Touch]:
     from bodyschema.cli.wrist.touch_file import solid_of
-    from bodyschema.learning.touch.known_load import KnownLoad
-    from bodyschema.learning.touch.search import TouchSearch
+    from bodyschema.learners.touch.known_load import KnownLoad
+    from bodyschema.learners.touch.search import TouchSearch
     from bodyschema.senses.wrench_means import Averaging
 
     settings = file.touch

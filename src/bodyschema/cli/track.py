@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from bodyschema.cli.tracking.album import Album
-    from bodyschema.learning.images.hand_track import HandPose, HandTracker
+    from bodyschema.learners.images.hand_track import HandPose, HandTracker
 
 Item = TypeVar("Item")
 
@@ -59,7 +59,7 @@ class Track:
         from bodyschema.cli.tracking.track_folder import TrackFolder
         from bodyschema.cli.tracking.track_record import check_place, track_record
         from bodyschema.export.tracked_files import Settled
-        from bodyschema.learning.images.image_seeds import spread_out
+        from bodyschema.seeds.image_seeds import spread_out
 
         self._check()
         notes = Console(stderr=True)
@@ -104,16 +104,16 @@ class Track:
         self, album: Album, keys: Sequence[int], notes: Console
     ) -> tuple[HandTracker, list[HandPose], float]:
         """The body from the key postures, the hand at every moment, and moments a second."""
-        from bodyschema.imagination.surface import Surface
-        from bodyschema.learning.images.hand_track import HandTracker
-        from bodyschema.learning.images.markerless import Markerless
+        from bodyschema.learners.images.hand_track import HandTracker
+        from bodyschema.learners.images.markerless import Markerless
+        from bodyschema.vision.surface import Surface
 
         with notes.status(f"learning the offsets from {len(keys)} postures"):
             surface = Surface.of(album.body, album.run.links or None, album.run.faces)
             frames = list(album.seen(keys))
             doubts = album.run.doubts.doubts
             learner = Markerless(surface, seeds=self.seeds, seed=self.seed, doubts=doubts)
-            fit = learner.fit(album.body, album.parameters, frames)
+            fit = learner.fit(album.body, album.variables, frames)
             tracker = HandTracker.of(fit, frames, album.run.hand)
         begin = time.perf_counter()
         seen = _watched(album.seen(range(len(album))), len(album), notes)

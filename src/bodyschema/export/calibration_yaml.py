@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import yaml
 
+from bodyschema.answers.calibration import Accuracy, Calibration, Candidate
 from bodyschema.errors import InputError
+from bodyschema.estimation.held_out import Errors
 from bodyschema.export.documents import rounded, versions, yaml_text
-from bodyschema.learning.calibration import Accuracy, Calibration, Candidate
-from bodyschema.learning.held_out import Errors
 
 OPEN = 0.5
 """Share of a parameter's prior variance in open directions above which it is not determined."""
@@ -111,7 +111,7 @@ def skeleton_entries(calibration: Calibration) -> dict[str, dict[str, Any]] | No
     if not calibration.from_nothing:
         return None
     body, estimate = calibration.body, calibration.estimate
-    std = dict(zip(estimate.parameters.names, estimate.std, strict=True))
+    std = dict(zip(estimate.variables.names, estimate.std, strict=True))
     return {
         carrier: {
             "parent": body.frames[body.parent[k]],
@@ -144,21 +144,21 @@ def predicted_errors(calibration: Calibration) -> list[dict[str, Any]]:
 
 def _parameters(calibration: Calibration) -> list[dict[str, Any]]:
     estimate, known = calibration.estimate, calibration.identifiability
-    parameters = estimate.parameters
-    if not len(parameters):
+    variables = estimate.variables
+    if not len(variables):
         return []
     std, shares = estimate.std, known.open_share
     listed = []
-    for i, name in enumerate(parameters.names):
+    for i, name in enumerate(variables.names):
         determined = bool(shares[i] <= OPEN)
         listed.append(
             {
                 "name": name,
                 "value": rounded(float(estimate.x[i])),
                 "std": rounded(float(std[i])) if determined else None,
-                "unit": parameters.units[i],
-                "prior_std": rounded(float(parameters.prior_std[i])),
-                "group": parameters.groups[i],
+                "unit": variables.units[i],
+                "prior_std": rounded(float(variables.prior_std[i])),
+                "group": variables.groups[i],
                 "identifiable": determined,
                 "combined_with": list(known.partners(name)),
             }

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import Parameters
-from bodyschema.body.tree import Body
+from bodyschema.answers.calibration import Calibration
 from bodyschema.errors import InputError
-from bodyschema.learning.calibration import Calibration
-from bodyschema.learning.discrepancy import Field
-from bodyschema.learning.estimate import Estimate
+from bodyschema.estimation.discrepancy import Field
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def estimate_text(calibration: Calibration) -> str:
         "form": FORM,
         "verdict": calibration.verdict,
         "reference": _arrays(estimate.reference, skip=("visuals",)),
-        "parameters": _arrays(estimate.parameters),
+        "parameters": _arrays(estimate.variables),
         "x": estimate.x.tolist(),
         "data_information": estimate.data_information.tolist(),
         "noise": dict(estimate.noise or {}),
@@ -78,7 +78,7 @@ def read_result(folder: Path) -> StoredResult:
         run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         estimate = Estimate(
             reference=Body(**_values(Body, document["reference"])),
-            parameters=Parameters(**_values(Parameters, document["parameters"])),
+            variables=Variables(**_values(Variables, document["parameters"])),
             x=np.array(document["x"], dtype=np.float64),
             data_information=np.array(document["data_information"], dtype=np.float64),
             noise=document["noise"],

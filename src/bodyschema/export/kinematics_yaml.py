@@ -16,11 +16,11 @@ from __future__ import annotations
 from typing import Any
 
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED
-from bodyschema.body.tree import Body
 from bodyschema.export.documents import yaml_text
 from bodyschema.export.joint_edit import clean
 from bodyschema.export.urdf_edits import baked_placements, node_offsets
+from bodyschema.model.kernels import FIXED
+from bodyschema.model.tree import Body
 
 HEADING = """\
 Joint frames of the corrected robot, written by bodyschema; m and rad, rpy about fixed axes.

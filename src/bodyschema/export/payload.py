@@ -23,11 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.inertia import Inertia
 from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import read_document
 from bodyschema.export.documents import rounded, versions, yaml_text
 from bodyschema.export.joint_edit import clean
+from bodyschema.model.inertia import Inertia
 
 Array = NDArray[np.float64]
 

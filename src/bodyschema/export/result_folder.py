@@ -21,10 +21,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from bodyschema.answers.calibration import Calibration
 from bodyschema.atomic import check_new_folder, new_folder
-from bodyschema.body.meshes import Packages
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import parse_urdf, urdf_text
 from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import calibration_text
 from bodyschema.export.documents import plain, versions
@@ -34,7 +32,9 @@ from bodyschema.export.static_transforms import attached_frames, estimated_frame
 from bodyschema.export.urdf_edits import described, unwritable, urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learning.calibration import Calibration
+from bodyschema.model.meshes import Packages
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import parse_urdf, urdf_text
 
 INPUT_KEYS = ("robot", "skeleton", "recording", "inputs")
 """Entries of a run that name files or folders that were read."""
@@ -130,7 +130,7 @@ def body_to_write(calibration: Calibration, nominal: Body) -> Body:
     if calibration.verdict != "only frames":
         return corrected
     body = nominal
-    for frame in estimated_frames(calibration.estimate.parameters):
+    for frame in estimated_frames(calibration.estimate.variables):
         if frame in nominal.frames:
             body = body.with_placement(frame, corrected.placement[corrected.frame_index(frame)])
     return body

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.parameters import Parameters
-from bodyschema.body.tree import Body
+from bodyschema.answers.calibration import Calibration
 from bodyschema.export.documents import yaml_text
 from bodyschema.export.joint_edit import clean
-from bodyschema.learning.calibration import Calibration
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables
 
 Array = NDArray[np.float64]
 
@@ -26,15 +26,15 @@ Estimated fixed frames that the robot description does not have, written by body
 xyz in m in the parent frame; rpy in rad about fixed axes; run a command to publish it to ROS 2."""
 
 
-def estimated_frames(parameters: Parameters) -> tuple[str, ...]:
+def estimated_frames(variables: Variables) -> tuple[str, ...]:
     """Names of the frames that were free, in order."""
-    groups = dict.fromkeys(parameters.groups)
+    groups = dict.fromkeys(variables.groups)
     return tuple(group.removeprefix(PREFIX) for group in groups if group.startswith(PREFIX))
 
 
 def attached_frames(calibration: Calibration, nominal: Body) -> tuple[str, ...]:
     """The estimated frames that the robot description does not have."""
-    estimated = estimated_frames(calibration.estimate.parameters)
+    estimated = estimated_frames(calibration.estimate.variables)
     return tuple(frame for frame in estimated if frame not in nominal.frames)
 
 
@@ -50,24 +50,22 @@ def transforms_document(calibration: Calibration, nominal: Body) -> dict[str, An
         calibration: the answer.
         nominal: as described, without the frames that were attached.
     """
-    frames, parameters = attached_frames(calibration, nominal), calibration.estimate.parameters
-    return {"transforms": placed_frames(calibration.body, parameters, frames)}
+    frames, variables = attached_frames(calibration, nominal), calibration.estimate.variables
+    return {"transforms": placed_frames(calibration.body, variables, frames)}
 
 
-def placed_frames(
-    body: Body, parameters: Parameters, frames: Sequence[str]
-) -> list[dict[str, Any]]:
+def placed_frames(body: Body, variables: Variables, frames: Sequence[str]) -> list[dict[str, Any]]:
     """An entry of transforms.yaml for each of some frames of a body.
 
     Args:
         body: with the frames where they came to be.
-        parameters: what was free.
+        variables: what was free.
         frames: their names.
     """
     listed = []
     for frame in frames:
         k = body.frame_index(frame)
-        turned = f"{frame}.turn_x" in parameters.names
+        turned = f"{frame}.turn_x" in variables.names
         listed.append(_transform(body.frames[body.parent[k]], frame, body.placement[k], turned))
     return listed
 

@@ -22,8 +22,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import parse_urdf, urdf_text
 from bodyschema.export.calibration_yaml import OPEN
 from bodyschema.export.documents import yaml_text
 from bodyschema.export.kinematics_yaml import kinematics_text
@@ -35,7 +33,9 @@ from bodyschema.export.static_transforms import (
 )
 from bodyschema.export.urdf_edits import described, urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
-from bodyschema.learning.images.markerless_fit import MarkerlessFit
+from bodyschema.learners.images.markerless_fit import MarkerlessFit
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import parse_urdf, urdf_text
 
 Array = NDArray[np.float64]
 
@@ -48,51 +48,51 @@ class Settled:
     x: Array
     """(n_parameters,) deviations that are written."""
     kept: tuple[str, ...]
-    """Parameters that stay as modelled."""
+    """Variables that stay as modelled."""
 
     @classmethod
     def of(cls, fit: MarkerlessFit) -> Settled:
         """Decide what is written."""
         estimate, known = fit.estimate, fit.identifiability
-        parameters = estimate.parameters
+        variables = estimate.variables
         cameras = {
             name
-            for name, group in zip(parameters.names, parameters.groups, strict=True)
+            for name, group in zip(variables.names, variables.groups, strict=True)
             if group.startswith(PREFIX)
         }
         still = np.array(
             [
                 share > OPEN and not cameras.intersection((name, *known.partners(name)))
-                for name, share in zip(parameters.names, known.open_share, strict=True)
+                for name, share in zip(variables.names, known.open_share, strict=True)
             ],
             dtype=bool,
         )
         A, x = estimate.information, estimate.x.copy()
         x[~still] += np.linalg.solve(A[np.ix_(~still, ~still)], A[np.ix_(~still, still)] @ x[still])
         x[still] = 0.0
-        return cls(fit, x, tuple(parameters.names[i] for i in np.flatnonzero(still)))
+        return cls(fit, x, tuple(variables.names[i] for i in np.flatnonzero(still)))
 
     @property
     def body(self) -> Body:
         """The corrected robot with its cameras."""
         estimate = self.fit.estimate
-        return estimate.reference.with_parameters(estimate.parameters, self.x)
+        return estimate.reference.with_variables(estimate.variables, self.x)
 
     @property
     def corrections(self) -> dict[str, float]:
         """Offsets that are written, by parameter, rad or m; cameras are left out."""
-        parameters = self.fit.estimate.parameters
+        variables = self.fit.estimate.variables
         return {
             name: float(value)
-            for name, group, value in zip(parameters.names, parameters.groups, self.x, strict=True)
+            for name, group, value in zip(variables.names, variables.groups, self.x, strict=True)
             if not group.startswith(PREFIX)
         }
 
     @property
     def transforms(self) -> list[dict[str, Any]]:
         """Places of the cameras that were looked for, see `placed_frames`."""
-        parameters = self.fit.estimate.parameters
-        return placed_frames(self.body, parameters, estimated_frames(parameters))
+        variables = self.fit.estimate.variables
+        return placed_frames(self.body, variables, estimated_frames(variables))
 
     def files(self, source: Path, nominal: Body) -> dict[str, bytes]:
         """Contents of the files by name.

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kernels import PRISMATIC, REVOLUTE
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.export.joint_edit import JointEdit, Vector
+from bodyschema.model.kernels import PRISMATIC, REVOLUTE
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED, PRISMATIC
-from bodyschema.body.tree import Body
 from bodyschema.export.joint_edit import clean
 from bodyschema.export.urdf_edits import baked_placements
+from bodyschema.model.kernels import FIXED, PRISMATIC
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 

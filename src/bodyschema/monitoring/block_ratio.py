@@ -49,9 +49,9 @@ class Window:
     """In the unfinished group."""
 
     @classmethod
-    def empty(cls, parameters: int) -> Window:
+    def empty(cls, variables: int) -> Window:
         """Of no sample; the first row is the unfinished group."""
-        return cls(np.zeros((1, parameters)), np.zeros((1, parameters, parameters)))
+        return cls(np.zeros((1, variables)), np.zeros((1, variables, variables)))
 
     def move(self, delta: Array) -> Window:
         """As a belief that differs by (k,) would have it."""

@@ -30,17 +30,17 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import f as f_distribution
 
-from bodyschema.body.parameters import Parameters
-from bodyschema.body.tree import Body
-from bodyschema.learning.discrepancy import Field, matern
-from bodyschema.learning.estimate import Estimate
+from bodyschema.estimation.discrepancy import Field, matern
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables
 from bodyschema.monitoring.parts import parts_of
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
 FREEDOM = 4.0
-"""nu of the Student-t noise, as in `learning.batch`."""
+"""nu of the Student-t noise, as in `estimation.solver`."""
 
 CLOSE = 6.0
 """Difference of evidence (2 log likelihood ratio) up to which parts are suspected together."""
@@ -103,7 +103,7 @@ class _Block:
 
 def detect_change(
     estimate: Estimate,
-    senses: Sequence[Observations],
+    senses: Sequence[Sense],
     fields: Mapping[str, Field] | None = None,
     false_alarm: float = 0.01,
 ) -> ChangeTest:
@@ -115,9 +115,9 @@ def detect_change(
         fields: residual fields by label of the sense; none when absent.
         false_alarm: chance of calling an unchanged body changed.
     """
-    parameters, parts = parts_of(estimate, senses)
-    blocks = _blocks(estimate, parameters, senses, fields or {})
-    tests = [_test_part(name, rows, estimate, parameters, blocks) for name, rows in parts.items()]
+    variables, parts = parts_of(estimate, senses)
+    blocks = _blocks(estimate, variables, senses, fields or {})
+    tests = [_test_part(name, rows, estimate, variables, blocks) for name, rows in parts.items()]
     ranked = sorted(tests, key=lambda suspect: -suspect.evidence)
     p_value = min(1.0, len(tests) * min(suspect.p_value for suspect in tests))
     changed = p_value < false_alarm
@@ -127,14 +127,14 @@ def detect_change(
 
 def _blocks(
     estimate: Estimate,
-    parameters: Parameters,
-    senses: Sequence[Observations],
+    variables: Variables,
+    senses: Sequence[Sense],
     fields: Mapping[str, Field],
 ) -> list[_Block]:
-    x = np.concatenate([estimate.x, np.zeros(len(parameters) - len(estimate.x))])
+    x = np.concatenate([estimate.x, np.zeros(len(variables) - len(estimate.x))])
     blocks, first = [], 0
     for sense in senses:
-        linear = sense.linearize(estimate.reference, parameters, x)
+        linear = sense.linearize(estimate.reference, variables, x)
         field = fields.get(sense.label)
         for i, (name, unit, part) in enumerate(sense.components):
             noise = (estimate.noise or {})[f"{sense.label}: {name} ({unit})"]
@@ -152,12 +152,12 @@ def _test_part(
     part: str,
     rows: Sequence[int],
     estimate: Estimate,
-    parameters: Parameters,
+    variables: Variables,
     blocks: Sequence[_Block],
 ) -> Suspect:
     """Fit the change of one part, with weights of its own, and test it against none."""
     known, B = len(estimate.x), list(rows)
-    whole = np.zeros(len(parameters))
+    whole = np.zeros(len(variables))
     for _ in range(ROUNDS):
         H, g = _normal(blocks, _weights(blocks, whole))
         prior = H[:known, :known] + estimate.information
@@ -168,7 +168,7 @@ def _test_part(
         seen = values > 1e-9 * max(values[-1], 1e-300)
         along = vectors[:, seen].T @ u
         change = vectors[:, seen] @ (along / values[seen])
-        whole = np.zeros(len(parameters))
+        whole = np.zeros(len(variables))
         whole[:known] = M[:, -1] - M[:, :-1] @ change
         whole[B] += change
     degrees = int(np.sum(seen))
@@ -179,7 +179,7 @@ def _test_part(
         float(f_distribution.sf(evidence / degrees, degrees, rest)),
         evidence - degrees * np.log(max(rest, 2)),
         change,
-        tuple(parameters.names[i] for i in B),
+        tuple(variables.names[i] for i in B),
     )
 
 
@@ -232,7 +232,7 @@ def _spread(blocks: Sequence[_Block], x: Array, degrees: int) -> tuple[float, fl
     return float(variance * np.sum(w * d) / np.sum(slope * d) ** 2), rest
 
 
-def _typical(body: Body, senses: Sequence[Observations]) -> float:
+def _typical(body: Body, senses: Sequence[Sense]) -> float:
     """Root mean square position residual in m, from its median: outliers do not count."""
     lengths = [np.linalg.norm(sense.residual(body)[:, :3], axis=1) for sense in senses]
     return float(np.median(np.concatenate(lengths)) * np.sqrt(3) / 1.538)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bodyschema.learning.stream_noise import wild_beyond
+from bodyschema.estimation.stream_noise import wild_beyond
 
 AFTER = 0.9
 """p1: share of wild samples after a large change."""

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learning.hand_eye.point_memory import PointMemory
+from bodyschema.learners.hand_eye.point_memory import PointMemory
 
 Array = NDArray[np.float64]
 

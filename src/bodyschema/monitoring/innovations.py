@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from bodyschema.body.parameters import Parameters
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.learning.smoother import Foresight
+from bodyschema.learners.smoother import Foresight
+from bodyschema.model.variables import Variables
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -48,19 +48,19 @@ class Candidate:
     odds: float = 1.0
     """How often this part changes, relative to the others: tools more often than upper arms."""
 
-    def rows(self, parameters: Parameters) -> list[int]:
+    def rows(self, variables: Variables) -> list[int]:
         """Rows of the members among the parameters.
 
         Raises:
             InputError: a member is not among them.
         """
         for member in self.members:
-            if member not in parameters.names:
+            if member not in variables.names:
                 raise InputError(
                     f"candidate '{self.name}' has the parameter '{member}', which is not learnt"
-                    f"{did_you_mean(member, parameters.names)}"
+                    f"{did_you_mean(member, variables.names)}"
                 )
-        return [parameters.names.index(member) for member in self.members]
+        return [variables.names.index(member) for member in self.members]
 
 
 @dataclass(frozen=True)
@@ -97,17 +97,17 @@ class InnovationTest:
 
     @classmethod
     def of(
-        cls, candidates: Sequence[Candidate], parameters: Parameters, chance: float
+        cls, candidates: Sequence[Candidate], variables: Variables, chance: float
     ) -> InnovationTest:
         """Build from candidates.
 
         Args:
             candidates: what may change.
-            parameters: what is learnt.
+            variables: what is learnt.
             chance: of a statistic above the level, in one window, with normal noise and no change;
                 the candidates share it by their odds, so that what changes often is noticed soon.
         """
-        members = [candidate.rows(parameters) for candidate in candidates]
+        members = [candidate.rows(variables) for candidate in candidates]
         width = max(map(len, members))
         rows = [[*group, *[-1] * (width - len(group))] for group in members]
         spread = np.array([[c.spread] * width for c in candidates]) * (np.array(rows) >= 0)

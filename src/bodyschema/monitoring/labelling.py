@@ -21,7 +21,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from bodyschema.learning.watchable import Watchable
+from bodyschema.learners.watchable import Watchable
 
 State = TypeVar("State")
 Sample = TypeVar("Sample")

@@ -27,14 +27,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import Parameters
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.huber import gross
-from bodyschema.learning.smoother import Foresight, Smoothed, Smoother
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.huber import gross
+from bodyschema.learners.smoother import Foresight, Smoothed, Smoother
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables
 from bodyschema.monitoring.innovations import LONGEST, Candidate, InnovationTest, Sums
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
@@ -115,7 +115,7 @@ class LinkMonitor:
     longest: int = 300
     """Samples after which the leader wins however small its lead."""
 
-    def start(self, body: Body, parameters: Parameters) -> Watched:
+    def start(self, body: Body, variables: Variables) -> Watched:
         """The prior belief, before the first sample.
 
         Raises:
@@ -127,10 +127,10 @@ class LinkMonitor:
                 f"the window of the learner has {self.learner.lag} samples; a change is looked for "
                 f"in the last {LONGEST}, so give it at least as many."
             )
-        test = InnovationTest.of(self.candidates, parameters, self.chance)
-        return Watched(self.learner.start(body, parameters), test, test.start())
+        test = InnovationTest.of(self.candidates, variables, self.chance)
+        return Watched(self.learner.start(body, variables), test, test.start())
 
-    def step(self, state: Watched, sample: Observations) -> tuple[Watched, Report]:
+    def step(self, state: Watched, sample: Sense) -> tuple[Watched, Report]:
         """Learn from one sample (a batch of one), and watch."""
         if state.trial is not None:
             return self._try(state, state.trial, sample)
@@ -151,7 +151,7 @@ class LinkMonitor:
         base, since = self.learner.before(belief, window)
         copies = [self.learner.absorbing(base)]
         for candidate in self.candidates:
-            rows = candidate.rows(belief.parameters)
+            rows = candidate.rows(belief.variables)
             copies.append(self.learner.forgetting(base, rows, np.full(len(rows), candidate.spread)))
         odds = np.log([1.0, *(candidate.odds for candidate in self.candidates)])
         trial = Trial(tuple(copies), odds, 0)
@@ -159,14 +159,14 @@ class LinkMonitor:
             trial, _ = self._judged(trial, sample)
         return trial
 
-    def _judged(self, trial: Trial, sample: Observations) -> tuple[Trial, list[Foresight]]:
+    def _judged(self, trial: Trial, sample: Sense) -> tuple[Trial, list[Foresight]]:
         """Each copy predicts the sample, is judged by that, and learns from it."""
         steps = [self.learner.step(copy, sample) for copy in trial.copies]
         seen = [foresight for _, foresight in steps]
         evidence = trial.evidence + [log_likelihood(foresight) for foresight in seen]
         return Trial(tuple(copy for copy, _ in steps), evidence, trial.samples + 1), seen
 
-    def _try(self, state: Watched, trial: Trial, sample: Observations) -> tuple[Watched, Report]:
+    def _try(self, state: Watched, trial: Trial, sample: Sense) -> tuple[Watched, Report]:
         """One more sample for all explanations; decide when one leads."""
         after, seen = self._judged(trial, sample)
         foresight, name = seen[trial.leader], self._name(after.leader)

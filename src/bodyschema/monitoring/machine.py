@@ -22,8 +22,8 @@ from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
-from bodyschema.learning.hand_eye.certificate import Certificate
-from bodyschema.learning.watchable import Watchable, WhiteInnovation
+from bodyschema.estimation.certificate import Certificate
+from bodyschema.learners.watchable import Watchable, WhiteInnovation
 from bodyschema.monitoring.block_ratio import LONGEST, BlockRatio, Window, noticeable
 from bodyschema.monitoring.cusum import Cusum, Sums
 from bodyschema.monitoring.labelling import (

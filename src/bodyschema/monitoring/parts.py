@@ -8,18 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bodyschema.body.kernels import FIXED
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.problem import moved_joints
-from bodyschema.senses.observations import Observations
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.problem import moved_joints
+from bodyschema.model.kernels import FIXED
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
+from bodyschema.senses.sense import Sense
 
 
-def parts_of(
-    estimate: Estimate, senses: Sequence[Observations]
-) -> tuple[Parameters, dict[str, list[int]]]:
+def parts_of(estimate: Estimate, senses: Sequence[Sense]) -> tuple[Variables, dict[str, list[int]]]:
     """The estimate's parameters and those of every part; rows of each part."""
-    body, known = estimate.reference, estimate.parameters
+    body, known = estimate.reference, estimate.variables
     joints = moved_joints(body, senses)
     frames = sorted({frame for sense in senses for frame in (sense.seen_from, sense.seen)})
     extra = [free_joints(body, ("offsets",), joints)]
@@ -29,12 +27,12 @@ def parts_of(
             extra.append(free_frame(body, frame))
     more = join(*extra)
     new = [i for i, name in enumerate(more.names) if name not in known.names]
-    parameters = join(known, more.take(new))
+    variables = join(known, more.take(new))
     parts = {joint: [f"{joint}.offset"] for joint in joints}
     parts |= {frame: [n for n in more.names if n.startswith(f"{frame}.")] for frame in frames}
     rows = {
-        part: [parameters.names.index(name) for name in names]
+        part: [variables.names.index(name) for name in names]
         for part, names in parts.items()
         if names
     }
-    return parameters, rows
+    return variables, rows

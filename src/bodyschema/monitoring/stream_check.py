@@ -22,14 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.stream_noise import StreamNoise, measured, wild_beyond
-from bodyschema.learning.watched_body import Moment, WatchedBelief, WatchedBody, moments
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.stream_noise import StreamNoise, measured, wild_beyond
+from bodyschema.learners.watched_body import Moment, WatchedBelief, WatchedBody, moments
 from bodyschema.monitoring.block_ratio import Window
 from bodyschema.monitoring.labelling import EVERYTHING
 from bodyschema.monitoring.machine import Machine, Watch
 from bodyschema.monitoring.parts import parts_of
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
@@ -80,14 +80,14 @@ class StreamCheck:
     """Measured on the recording, in units of the calibration's noise."""
 
 
-def is_stream(senses: Sequence[Observations]) -> bool:
+def is_stream(senses: Sequence[Sense]) -> bool:
     """Whether a recording has enough moments, close enough in time, to be watched."""
     times = np.unique(np.concatenate([sense.time for sense in senses]))
     return len(times) >= FEWEST and float(np.median(np.diff(times))) <= SLOWEST
 
 
 def check_stream(
-    estimate: Estimate, senses: Sequence[Observations], false_alarm: float = 0.01
+    estimate: Estimate, senses: Sequence[Sense], false_alarm: float = 0.01
 ) -> StreamCheck:
     """Watch a recording with a calibration.
 
@@ -97,12 +97,12 @@ def check_stream(
         false_alarm: chance of an alarm in the whole recording without a change.
     """
     known = _with_all_parts(estimate, senses)
-    learner = WatchedBody(known.reference, known.parameters)
+    learner = WatchedBody(known.reference, known.variables)
     noise = _noise(learner, known, senses)
     belief = learner.known(known, noise, tuple(senses))
     stream = moments(senses)
     machine = Machine(learner, len(stream) / false_alarm)
-    window = Window.empty(len(known.parameters))
+    window = Window.empty(len(known.variables))
     watch = Watch[WatchedBelief, Moment](belief, "observe", window=window)
     found = _changes(learner, machine, watch, stream)
     times = [moment[0].time[0] for moment in stream]
@@ -163,7 +163,7 @@ def _sized(
         float(at.time[0]),
         int(at.rows[0]),
         float(noticed.time[0]),
-        tuple(learner.parameters.names[k] for k in rows),
+        tuple(learner.variables.names[k] for k in rows),
         tuple(map(float, d)),
         tuple(map(float, np.sqrt(np.diag(P)))),
         float(chi2.sf(d @ np.linalg.solve(P, d), len(d))),
@@ -184,22 +184,22 @@ def _squared(learner: WatchedBody, belief: WatchedBelief, moment: Moment) -> flo
     return sum(min(float(e @ e), wild_beyond(len(e))) for e in squares)
 
 
-def _with_all_parts(estimate: Estimate, senses: Sequence[Observations]) -> Estimate:
+def _with_all_parts(estimate: Estimate, senses: Sequence[Sense]) -> Estimate:
     """The estimate with parameters for every part that may change and that the senses can see."""
-    parameters, _ = parts_of(estimate, senses)
+    variables, _ = parts_of(estimate, senses)
     known = len(estimate.x)
-    x = np.concatenate([estimate.x, np.zeros(len(parameters) - known)])
+    x = np.concatenate([estimate.x, np.zeros(len(variables) - known)])
     some = [s.take(np.unique(np.linspace(0, len(s) - 1, 50).astype(int))) for s in senses]
-    slopes = [s.linearize(estimate.reference, parameters, x).by_parameter for s in some]
+    slopes = [s.linearize(estimate.reference, variables, x).by_parameter for s in some]
     seen = np.max([np.abs(J).max(axis=(0, 1)) for J in slopes], axis=0) > 0
-    keep = [i for i in range(len(parameters)) if i < known or seen[i]]
-    taken = parameters.take(keep)
+    keep = [i for i in range(len(variables)) if i < known or seen[i]]
+    taken = variables.take(keep)
     data = np.diag((EXACT * taken.prior_std) ** -2.0)
     data[:known, :known] = estimate.data_information
-    return replace(estimate, parameters=taken, x=x[keep], data_information=data)
+    return replace(estimate, variables=taken, x=x[keep], data_information=data)
 
 
-def _noise(learner: WatchedBody, known: Estimate, senses: Sequence[Observations]) -> StreamNoise:
+def _noise(learner: WatchedBody, known: Estimate, senses: Sequence[Sense]) -> StreamNoise:
     """Noise of the recording, in units of the calibration's."""
     belief = learner.known(known, StreamNoise(), tuple(senses))
     parts = [learner.innovations(belief, sense) for sense in senses]

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import kernel
-from bodyschema.learning.stream_noise import wild_beyond
-from bodyschema.learning.watchable import Doubt, WhiteInnovation
+from bodyschema.estimation.stream_noise import wild_beyond
+from bodyschema.learners.watchable import Doubt, WhiteInnovation
+from bodyschema.model.kernels import kernel
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bodyschema.learning import calibration as answer
-from bodyschema.learning.held_out import Errors
+from bodyschema.answers import calibration as answer
+from bodyschema.estimation.held_out import Errors
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.report.units import ABSENT, millimetres, shown, significant

@@ -19,7 +19,7 @@ from bodyschema.report.units import listed
 Array = NDArray[np.float64]
 
 MOST_SHOWN = 60
-"""Parameters of a heat map; more could not be read."""
+"""Variables of a heat map; more could not be read."""
 STRONG = 0.95
 MOST_NAMED = 12
 
@@ -47,20 +47,20 @@ class Ambiguity:
     def _correlations(self) -> tuple[list[str], Array]:
         """Names and correlation matrix of the joint parameters that are determined."""
         calibration = self.evidence.calibration
-        parameters, known = calibration.estimate.parameters, calibration.identifiability
+        variables, known = calibration.estimate.variables, calibration.identifiability
         kept = [
             i
-            for i, group in enumerate(parameters.groups)
+            for i, group in enumerate(variables.groups)
             if known.open_share[i] <= OPEN and not group.startswith(PREFIX)
         ][:MOST_SHOWN]
         C = calibration.estimate.covariance[np.ix_(kept, kept)]
         std = np.sqrt(np.diag(C))
-        return [parameters.names[i] for i in kept], np.asarray(C / np.outer(std, std))
+        return [variables.names[i] for i in kept], np.asarray(C / np.outer(std, std))
 
     def _null_space(self) -> str:
         directions = self.evidence.calibration.identifiability.directions
         involved = {name for direction in directions for name in direction.members}
-        order = self.evidence.calibration.estimate.parameters.names
+        order = self.evidence.calibration.estimate.variables.names
         names = [name for name in order if name in involved][:MOST_SHOWN]
 
         def paint(figure: Any) -> None:
@@ -78,9 +78,7 @@ class Ambiguity:
 
         width = min(WIDTH, 130 + 60 + 26 * len(names))
         height = 130 + 18 * len(directions)
-        return svg(
-            "null-space", "Parameters in each direction that is open", (width, height), paint
-        )
+        return svg("null-space", "Variables in each direction that is open", (width, height), paint)
 
 
 def _name_axis(axis: Any, names: list[str]) -> None:
@@ -108,7 +106,7 @@ def _heat_map(names: list[str], matrix: Array) -> str:
 
 
 def _clusters(names: list[str], matrix: Array) -> list[str]:
-    """Parameters that are nearly one, together."""
+    """Variables that are nearly one, together."""
     found: list[list[int]] = []
     for k in range(len(names)):
         joined = [c for c in found if any(abs(matrix[k, other]) > STRONG for other in c)]

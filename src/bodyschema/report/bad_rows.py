@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bodyschema.learning.clock import FALSE_ALARM
+from bodyschema.estimation.clock import FALSE_ALARM
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.report.units import listed, shown

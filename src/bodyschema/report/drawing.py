@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import frame_poses
+from bodyschema.model.kinematics import frame_poses
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.figure import AFTER, BEFORE, GREY, INK, plain, svg
 from bodyschema.report.page import render

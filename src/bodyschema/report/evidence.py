@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.tree import Body
-from bodyschema.learning.agreement import within_prediction
-from bodyschema.learning.batch import LevenbergMarquardt
-from bodyschema.learning.calibration import Calibration
-from bodyschema.learning.held_out import sizes
-from bodyschema.learning.problem import moved_joints
-from bodyschema.senses.observations import Observations
+from bodyschema.answers.calibration import Calibration
+from bodyschema.estimation.agreement import within_prediction
+from bodyschema.estimation.held_out import sizes
+from bodyschema.estimation.problem import moved_joints
+from bodyschema.estimation.solver import Solver
+from bodyschema.model.tree import Body
+from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -32,7 +32,7 @@ class Evidence:
     calibration: Calibration
     nominal: Body
     """As described, without the frames that were attached."""
-    senses: tuple[Observations, ...]
+    senses: tuple[Sense, ...]
     run: Mapping[str, Any]
     """What was asked: run.json, and the "command" if there was one."""
 
@@ -61,7 +61,7 @@ class Evidence:
 
         By component; the rows that are no outliers.
         """
-        fit, nu = self.calibration.fit, LevenbergMarquardt().freedom
+        fit, nu = self.calibration.fit, Solver().freedom
         found = []
         for i, sense in enumerate(self.senses):
             residual, good = self.calibration.residuals[i], self.good[i]
@@ -69,7 +69,7 @@ class Evidence:
             found.append({k: float(v[good].mean()) for k, v in inside.items() if len(good)})
         return tuple(found)
 
-    def label(self, sense: Observations, component: str) -> str:
+    def label(self, sense: Sense, component: str) -> str:
         """What was seen, with the component where the sense has several."""
         return f"{sense.label}: {component}" if len(sense.components) > 1 else sense.label
 

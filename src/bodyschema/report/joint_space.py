@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import PRISMATIC
+from bodyschema.model.kernels import PRISMATIC
 from bodyschema.report.evidence import Evidence, spread
 from bodyschema.report.figure import AFTER, BEFORE, log_scale, svg
 from bodyschema.report.page import render

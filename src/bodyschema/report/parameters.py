@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import groupby
 
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.export.calibration_yaml import OPEN
 from bodyschema.export.static_transforms import PREFIX
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.identifiability import Identifiability
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.report.units import SHOWN, listed, signed, significant, with_error
@@ -65,7 +65,7 @@ def parameter_html(estimate: Estimate, known: Identifiability, held: str = ONE_O
         known: what the data determine of it.
         held: what the files have of the rest.
     """
-    groups = estimate.parameters.groups
+    groups = estimate.variables.groups
     order = sorted(range(len(groups)), key=lambda i: list(dict.fromkeys(groups)).index(groups[i]))
     parts = [
         (_heading(group), [_row(estimate, known, i) for i in members])
@@ -75,19 +75,19 @@ def parameter_html(estimate: Estimate, known: Identifiability, held: str = ONE_O
 
 
 def _row(estimate: Estimate, known: Identifiability, i: int) -> Row:
-    parameters = estimate.parameters
-    scale, unit = SHOWN[parameters.units[i]]
+    variables = estimate.variables
+    scale, unit = SHOWN[variables.units[i]]
     value, std = float(scale * estimate.x[i]), float(scale * estimate.std[i])
     share = float(known.open_share[i])
     determined = share <= OPEN
     texts = with_error(value, std) if determined else (signed(value, 2), "")
-    partners = known.partners(parameters.names[i])
+    partners = known.partners(variables.names[i])
     return Row(
-        name=parameters.names[i],
+        name=variables.names[i],
         value=texts[0],
         std=texts[1],
         unit=unit,
-        prior=significant(float(scale * parameters.prior_std[i]), 2),
+        prior=significant(float(scale * variables.prior_std[i]), 2),
         state="open" if not determined else "partly" if share > WHOLLY else "determined",
         clear=determined and abs(value) > CLEAR * std,
         partners=listed(partners, MOST_PARTNERS),

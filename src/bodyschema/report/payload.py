@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learning.payload.recorded import PayloadFit
+from bodyschema.learners.payload.recorded import PayloadFit
 from bodyschema.report.figure import AFTER, BEFORE, MOST_DOTS, log_scale, svg
 from bodyschema.report.page import render
 from bodyschema.report.report import page_html

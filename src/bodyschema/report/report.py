@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from bodyschema.body.tree import Body
+from bodyschema.answers.calibration import Calibration
 from bodyschema.export.documents import versions
-from bodyschema.learning.calibration import Calibration
+from bodyschema.model.tree import Body
 from bodyschema.report.accuracy import Accuracy
 from bodyschema.report.ambiguity import Ambiguity
 from bodyschema.report.application import Application
@@ -25,13 +25,13 @@ from bodyschema.report.reproduction import Reproduction
 from bodyschema.report.residuals import Residuals
 from bodyschema.report.section import Section, anchor
 from bodyschema.report.verdict import Verdict
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 
 
 def report_html(
     calibration: Calibration,
     nominal: Body,
-    senses: Sequence[Observations],
+    senses: Sequence[Sense],
     run: Mapping[str, Any],
     more: Sequence[Section] = (),
 ) -> str:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.body.kernels import FIXED
-from bodyschema.body.kinematics import frame_poses, relative_pose
-from bodyschema.body.tree import Body
+from bodyschema.model.kernels import FIXED
+from bodyschema.model.kinematics import frame_poses, relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.report.figure import INK
 
 Array = NDArray[np.float64]

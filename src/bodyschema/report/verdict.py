@@ -105,7 +105,7 @@ class Verdict:
 
     def _openness(self) -> str:
         known = self.evidence.calibration.identifiability
-        total = len(self.evidence.calibration.estimate.parameters)
+        total = len(self.evidence.calibration.estimate.variables)
         if not known.directions:
             return f"The data determine all {total} parameters." if total else "Nothing was free."
         n, inherent = len(known.directions), sum(d.inherent for d in known.directions)

@@ -1,6 +1,6 @@
 """Images: what the cameras of the robot saw at one moment, and what its encoders said then.
 
-There is no closed-form residual: an image is compared with imagined ones (`bodyschema.imagination`)
+There is no closed-form residual: an image is compared with imagined ones (`bodyschema.vision`)
 by the learner that uses it. A picture is either a mask of the body (bool), where the background can
 be told apart, or the image itself (8 bit), of which edges or colours are used.
 """
@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.camera import Camera
 from bodyschema.errors import InputError
+from bodyschema.model.camera import Camera
 
 Array = NDArray[np.float64]
 Picture = NDArray[Any]

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import FIXED
-from bodyschema.body.kinematics import frame_jacobian, relative_pose
-from bodyschema.body.tree import Body
+from bodyschema.model.kernels import FIXED
+from bodyschema.model.kinematics import frame_jacobian, relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.senses.wrenches import load_regressor
 
 Array = NDArray[np.float64]

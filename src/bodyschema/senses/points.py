@@ -13,10 +13,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
-from bodyschema.body.parameters import Parameters
-from bodyschema.body.tree import Body
-from bodyschema.senses.observations import Linearized, Observations, check_samples, counted
+from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables
+from bodyschema.senses.sense import Linearized, Sense, check_samples, counted
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ DEFAULT_STD = 1e-3
 
 
 @dataclass(frozen=True)
-class Points(Observations):
+class Points(Sense):
     """Positions of one body-fixed point."""
 
     position: Array = field(default_factory=lambda: np.empty((0, 3)))
@@ -78,7 +78,7 @@ class Points(Observations):
         return np.asarray(self.position - T_a_b[..., :3, 3])
 
     def imagined(self, body: Body, q: ArrayLike) -> Self:
-        """See `Observations.imagined`."""
+        """See `Sense.imagined`."""
         T_a_b = relative_pose(body, q, self.seen_from, self.seen)
         seen = T_a_b[..., :3, 3]
         count = np.arange(len(seen))
@@ -86,8 +86,8 @@ class Points(Observations):
             self, time=count.astype(np.float64), q=np.asarray(q), rows=count, position=seen
         )
 
-    def linearize(self, reference: Body, parameters: Parameters, x: Array) -> Linearized:
-        """See `Observations.linearize`."""
-        D = relative_pose_derivatives(reference, parameters, x, self.q, self.seen_from, self.seen)
+    def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
+        """See `Sense.linearize`."""
+        D = relative_pose_derivatives(reference, variables, x, self.q, self.seen_from, self.seen)
         residual = self.position - D.pose[:, :3, 3]
         return Linearized(residual, -D.by_parameter[:, :3], -D.by_joint[:, :3])

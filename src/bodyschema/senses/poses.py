@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
-from bodyschema.body.parameters import Parameters
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.senses.observations import Linearized, Observations, check_samples, counted
+from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables
+from bodyschema.senses.sense import Linearized, Sense, check_samples, counted
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ DEFAULT_STD = (1e-3, 5e-3)
 
 
 @dataclass(frozen=True)
-class Poses(Observations):
+class Poses(Sense):
     """Poses of one frame."""
 
     pose: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
@@ -101,14 +101,14 @@ class Poses(Observations):
         return self._error(relative_pose(body, self.q, self.seen_from, self.seen))
 
     def imagined(self, body: Body, q: ArrayLike) -> Self:
-        """See `Observations.imagined`."""
+        """See `Sense.imagined`."""
         T_a_b = relative_pose(body, q, self.seen_from, self.seen)
         count = np.arange(len(T_a_b))
         return replace(self, time=count.astype(np.float64), q=np.asarray(q), rows=count, pose=T_a_b)
 
-    def linearize(self, reference: Body, parameters: Parameters, x: Array) -> Linearized:
-        """See `Observations.linearize`."""
-        D = relative_pose_derivatives(reference, parameters, x, self.q, self.seen_from, self.seen)
+    def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
+        """See `Sense.linearize`."""
+        D = relative_pose_derivatives(reference, variables, x, self.q, self.seen_from, self.seen)
         residual = self._error(D.pose)
         back = -np.swapaxes(lie.inverse_left_jacobian(residual[:, 3:]), 1, 2)
         by_parameter, by_joint = -D.by_parameter, -D.by_joint

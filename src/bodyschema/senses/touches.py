@@ -18,17 +18,17 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
-from bodyschema.body.parameters import Parameters
-from bodyschema.body.tree import Body
-from bodyschema.senses.observations import Linearized, Observations, check_samples, counted
+from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables
 from bodyschema.senses.points import DEFAULT_STD
+from bodyschema.senses.sense import Linearized, Sense, check_samples, counted
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Touches(Observations):
+class Touches(Sense):
     """Positions of points that move with one frame, given in that frame at each sample."""
 
     position: Array = field(default_factory=lambda: np.empty((0, 3)))
@@ -89,7 +89,7 @@ class Touches(Observations):
         return np.asarray(self.position - T_a_b[..., :3, 3] - _turned(T_a_b, self.touching))
 
     def imagined(self, body: Body, q: ArrayLike) -> Self:
-        """See `Observations.imagined`; the points that touch are taken in turn."""
+        """See `Sense.imagined`; the points that touch are taken in turn."""
         T_a_b = relative_pose(body, q, self.seen_from, self.seen)
         count = np.arange(len(T_a_b))
         v = self.touching[count % len(self)] if len(self) else np.zeros((len(count), 3))
@@ -102,9 +102,9 @@ class Touches(Observations):
             touching=v,
         )
 
-    def linearize(self, reference: Body, parameters: Parameters, x: Array) -> Linearized:
-        """See `Observations.linearize`."""
-        D = relative_pose_derivatives(reference, parameters, x, self.q, self.seen_from, self.seen)
+    def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
+        """See `Sense.linearize`."""
+        D = relative_pose_derivatives(reference, variables, x, self.q, self.seen_from, self.seen)
         arm = _turned(D.pose, self.touching)
         residual = self.position - D.pose[:, :3, 3] - arm
         return Linearized(residual, -_moved(D.by_parameter, arm), -_moved(D.by_joint, arm))

@@ -22,8 +22,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import kernel
 from bodyschema.errors import InputError
+from bodyschema.model.kernels import kernel
 from bodyschema.senses.even_samples import evenly
 from bodyschema.senses.wrenches import FORCE_STD, TORQUE_STD, Wrenches, load_regressor
 from bodyschema.senses.wrist_samples import WristSamples
@@ -67,7 +67,7 @@ class WrenchMeans:
 
     @property
     def rows(self) -> Array:
-        """(n, 6, 14) of `learning.payload.sums`: [y (3), -Y (10), -1] for each component."""
+        """(n, 6, 14) of `learners.payload.sums`: [y (3), -Y (10), -1] for each component."""
         a = np.empty((len(self), 6, 14))
         a[:, :3, :3], a[:, 3:, :3] = self.y[:, None, :3], self.y[:, None, 3:]
         a[:, :, 3:13], a[:, :, 13] = -self.Y, -1.0

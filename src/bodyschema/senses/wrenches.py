@@ -6,7 +6,7 @@ force before torque: an object at rest is held up against gravity. With the moti
     a_g = a - g      acceleration of the origin less gravity, (3,) m/s^2
     w, dw            angular velocity and acceleration, rad/s and rad/s^2
 
-Newton's and Euler's laws are linear in the ten inertial parameters phi (`body.inertia`):
+Newton's and Euler's laws are linear in the ten inertial parameters phi (`model.inertia`):
 
     f   = m a_g + ([dw]x + [w]x [w]x) h
     tau = h x a_g + (L(dw) + [w]x L(w)) I,      L(v) I = I v,      together  y = Y(a_g, w, dw) phi
@@ -26,9 +26,9 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.body.inertia import Inertia
-from bodyschema.body.kernels import kernel
 from bodyschema.errors import InputError
+from bodyschema.model.inertia import Inertia
+from bodyschema.model.kernels import kernel
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import kernel
+from bodyschema.model.kernels import kernel
 from bodyschema.senses.even_samples import GAP
 from bodyschema.senses.wrist_samples import WristSamples
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.meshes import triangles_of
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.meshes import triangles_of
 from bodyschema.simulation import eyes, icub, katana
 from bodyschema.simulation.postures import draw_postures
 from bodyschema.simulation.real_robot import RealRobot, bare_description

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.solid import Solid
+from bodyschema.model.solid import Solid
 
 Array = NDArray[np.float64]
 

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.atomic import new_folder
 from bodyschema.errors import InputError
-from bodyschema.recording.tables import write_table
 from bodyschema.simulation import icub
 from bodyschema.simulation.world import SimulatedRecording, true_frames
+from bodyschema.sources.tables import write_table
 
 Array = NDArray[np.float64]
 

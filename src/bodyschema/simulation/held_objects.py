@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.inertia import Inertia
-from bodyschema.body.solid import Solid
 from bodyschema.errors import InputError, did_you_mean
+from bodyschema.model.inertia import Inertia
+from bodyschema.model.solid import Solid
 
 Array = NDArray[np.float64]
 

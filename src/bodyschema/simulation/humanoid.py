@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bodyschema.body.kernels import FIXED, REVOLUTE
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
+from bodyschema.model.kernels import FIXED, REVOLUTE
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
 from bodyschema.simulation import icub
 
 Vector = tuple[float, float, float]

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.tree import Body
 from bodyschema.errors import MissingExtraError
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 

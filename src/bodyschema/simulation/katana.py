@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED, REVOLUTE
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.hand_eye.stereo_points import Stereo, StereoPoints
+from bodyschema.learners.hand_eye.stereo_points import Stereo, StereoPoints
+from bodyschema.model.kernels import FIXED, REVOLUTE
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

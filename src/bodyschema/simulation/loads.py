@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.inertia import Inertia
-from bodyschema.body.kinematics import relative_pose
+from bodyschema.model.inertia import Inertia
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.senses.wrenches import load_regressor
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.simulation.katana import CENTRE, REACH, SPEED, katana

@@ -2,7 +2,7 @@
 
 Bodies of a study know no masses, so nothing swings or sags: a command places the joints, and MuJoCo
 says where every frame is then. What is seen comes from MuJoCo's own reader and kinematics, not from
-`bodyschema.body`.
+`bodyschema.model`.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.tree import Body
 from bodyschema.simulation.real_robot import RealRobot
 
 Array = NDArray[np.float64]

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_fill_holes
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import MissingExtraError
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.report.figure import AFTER, BEFORE, GREY, INK
 from bodyschema.simulation import eyes, icub
 from bodyschema.simulation.postures import FAR, NEAR

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.tree import Body
 from bodyschema.simulation import eyes, icub
 from bodyschema.simulation.real_robot import RealRobot
 

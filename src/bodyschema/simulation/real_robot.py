@@ -2,7 +2,7 @@
 
     true joint angle = encoder reading + offset
 
-The poses come from MuJoCo's own reader and kinematics, not from `bodyschema.body`, so that a
+The poses come from MuJoCo's own reader and kinematics, not from `bodyschema.model`, so that a
 calibration against them is a test of both. Meshes are left out: nothing is rendered or touched.
 """
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.simulation.icub import HAND, LEFT_EYE
 from bodyschema.simulation.world import HandPoseTruth, Simulation
 

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
-from bodyschema.body.camera import Camera
-from bodyschema.body.meshes import triangles_of
 from bodyschema.errors import InputError, MissingExtraError, did_you_mean
+from bodyschema.model.camera import Camera
+from bodyschema.model.meshes import triangles_of
 from bodyschema.senses.images import Images, Picture
 from bodyschema.simulation import clutter, eyes, icub
 from bodyschema.simulation.real_robot import bare_description

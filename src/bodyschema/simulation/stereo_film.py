@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError, MissingExtraError
-from bodyschema.learning.hand_eye.stereo_points import Stereo
+from bodyschema.learners.hand_eye.stereo_points import Stereo
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation import katana, stage
 from bodyschema.simulation.acting_robots import CAMERA, five_joint_arm
 from bodyschema.simulation.random_motions import RATE

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.tree import Body
 from bodyschema.simulation import eyes, icub
 from bodyschema.simulation.postures import draw_postures, landmarks
 from bodyschema.simulation.real_robot import RealRobot

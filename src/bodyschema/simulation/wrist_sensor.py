@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.body.inertia import Inertia
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import MissingExtraError
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.inertia import Inertia
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.simulation.katana import katana
 from bodyschema.simulation.loads import ENCODER, Path, Sensor

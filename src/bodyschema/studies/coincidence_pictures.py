@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.attention.body_in_view import BodyInView
-from bodyschema.attention.flow import opencv
 from bodyschema.attention.onsets import OnsetCoincidence, OnsetState
 from bodyschema.simulation.film import Film
 from bodyschema.studies.watched_scenes import CELL
+from bodyschema.vision.flow import opencv
 
 Grey = NDArray[np.uint8]
 

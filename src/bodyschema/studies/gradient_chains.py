@@ -19,9 +19,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import kernel
-from bodyschema.body.skeleton import walk_in
-from bodyschema.learning.skeletons.gradient_step import Flags, descend
+from bodyschema.learners.published.gradient_step import Flags, descend
+from bodyschema.model.kernels import kernel
+from bodyschema.model.skeleton import walk_in
 from bodyschema.studies.random_chains import (
     LONGEST,
     SHORTEST,

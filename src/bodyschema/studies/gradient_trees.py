@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import REVOLUTE, kernel
-from bodyschema.body.kinematics import path_between
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.body.skeleton import Skeleton, walk_in
-from bodyschema.body.tree import Body
-from bodyschema.learning.skeletons.gradient_step import descend
-from bodyschema.learning.skeletons.online_gradient import from_nothing, typical_link
+from bodyschema.learners.published.gradient_step import descend
+from bodyschema.learners.published.online_gradient import from_nothing, typical_link
+from bodyschema.model.kernels import REVOLUTE, kernel
+from bodyschema.model.kinematics import path_between
+from bodyschema.model.skeleton import Skeleton, walk_in
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_skeleton
 from bodyschema.simulation.humanoid import EYE
 from bodyschema.studies.self_watching import SelfWatching
 

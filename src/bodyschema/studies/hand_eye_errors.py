@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from bodyschema import lie
-from bodyschema.learning.hand_eye.chart import from_transform
+from bodyschema.learners.hand_eye.chart import from_transform
 from bodyschema.simulation.katana import Scene
 from bodyschema.studies.nabeshima_figure9 import quantiles
 from bodyschema.studies.study import Result

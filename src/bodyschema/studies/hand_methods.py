@@ -14,15 +14,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.imagination.surface import Surface
-from bodyschema.learning.images.contour_tracker import ContourTracker
-from bodyschema.learning.images.doubts import Doubts
-from bodyschema.learning.images.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
-from bodyschema.learning.images.particle_filter import ParticleFilter
+from bodyschema.learners.images.contour_tracker import ContourTracker
+from bodyschema.learners.images.doubts import Doubts
+from bodyschema.learners.published.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
+from bodyschema.learners.published.particle_filter import ParticleFilter
+from bodyschema.model.tree import Body
 from bodyschema.senses.images import Images
 from bodyschema.simulation.seeing_icub import Scene
+from bodyschema.vision.surface import Surface
 
 Array = NDArray[np.float64]
 

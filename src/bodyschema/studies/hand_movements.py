@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.acting.inverse_kinematics import Aim, InverseKinematics
 from bodyschema.acting.trajectory import joint_trajectory
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.simulation import eyes, icub
 from bodyschema.simulation.seeing_icub import SeeingIcub
 from bodyschema.simulation.world import PAPER_OFFSETS_DEG

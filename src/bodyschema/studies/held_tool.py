@@ -15,9 +15,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose, relative_pose_derivatives
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.body.tree import Body
+from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.monitoring.innovations import Candidate
 from bodyschema.senses.points import Points
 from bodyschema.simulation.humanoid import EYE, humanoid, reduced
@@ -67,7 +67,7 @@ def arm() -> Body:
 
 
 @cache
-def freed(whole: bool) -> Parameters:
+def freed(whole: bool) -> Variables:
     """The tip, and the whole arm with it or not, under the robot's prior."""
     tip = free_frame(arm(), TIP, TIP_STD, None)
     if not whole:
@@ -95,7 +95,7 @@ class Scene:
 
     def body(self, t: int) -> Body:
         """The true body at sample t."""
-        return arm().with_parameters(freed(True), self.before if t < self.change_at else self.after)
+        return arm().with_variables(freed(True), self.before if t < self.change_at else self.after)
 
     def places(self, t: int, frame: str) -> Array:
         """Where a frame truly is at the fresh postures, (FRESH, 3) m in the camera."""
@@ -111,16 +111,16 @@ class Scene:
 
         Outliers are counted as good samples, and the arm as known when it is not free.
         """
-        parameters = freed(whole)
-        x = self.before[-len(parameters) :]
-        J = self._jacobian(parameters, x, self.seen.q[:n]).reshape(-1, len(x))
-        H = J.T @ J / self.seen.covariance[0, 0] + np.diag(parameters.prior_std**-2.0)
-        there = self._jacobian(parameters, x, self.fresh)
+        variables = freed(whole)
+        x = self.before[-len(variables) :]
+        J = self._jacobian(variables, x, self.seen.q[:n]).reshape(-1, len(x))
+        H = J.T @ J / self.seen.covariance[0, 0] + np.diag(variables.prior_std**-2.0)
+        there = self._jacobian(variables, x, self.fresh)
         variance = np.einsum("nip,pq,niq->n", there, np.linalg.inv(H), there)
         return float(np.sqrt(np.mean(variance)))
 
-    def _jacobian(self, parameters: Parameters, x: Array, q: Array) -> Array:
-        return relative_pose_derivatives(arm(), parameters, x, q, EYE, TIP).by_parameter[:, :3]
+    def _jacobian(self, variables: Variables, x: Array, q: Array) -> Array:
+        return relative_pose_derivatives(arm(), variables, x, q, EYE, TIP).by_parameter[:, :3]
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class Setting:
         self, before: Array, after: Array, at: int, q: Array, rng: np.random.Generator
     ) -> Points:
         std = self.noise / MEAN_LENGTH
-        bodies = [arm().with_parameters(freed(True), x) for x in (before, after)]
+        bodies = [arm().with_variables(freed(True), x) for x in (before, after)]
         p = np.concatenate(
             [
                 relative_pose(body, part, EYE, TIP)[:, :3, 3]

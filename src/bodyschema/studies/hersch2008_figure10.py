@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.learning.determinable import determinable
+from bodyschema.estimation.determinable import determinable
+from bodyschema.model.variables import free_skeleton
 from bodyschema.simulation.humanoid import humanoid
 from bodyschema.studies.gradient_trees import bin_ends, gradient_tree_run
 from bodyschema.studies.self_watching import CASES, FRESH, SelfWatching
@@ -119,7 +119,7 @@ class Figure10:
             "failed": int(np.sum(samples < 0)),
             **quantile,
             "identifiable": told.rank,
-            "parameters": told.parameters,
+            "parameters": told.variables,
             "condition": round(told.condition, 1),
         }
 

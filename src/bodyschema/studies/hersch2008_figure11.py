@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.learning.determinable import determinable
-from bodyschema.learning.skeletons.shortest_links import with_shortest_links
+from bodyschema.estimation.determinable import determinable
+from bodyschema.learners.skeletons.shortest_links import with_shortest_links
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_skeleton
 from bodyschema.report.skeleton_picture import draw_skeleton, frame_view, places
 from bodyschema.simulation.humanoid import BETWEEN, ENDS, EYE, humanoid, icub_humanoid
 from bodyschema.studies.gradient_trees import gradient_tree_run
@@ -111,7 +111,7 @@ class Figure11:
         runs = [result for key, result in results.items() if key.startswith(case)]
         found: Result = {
             "identifiable": told.rank,
-            "parameters": told.parameters,
+            "parameters": told.variables,
             "open": [d.sentence.partition(":")[0] for d in told.directions],
             "failed": sum(run["failed"] for run in runs),
         }

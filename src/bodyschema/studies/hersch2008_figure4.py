@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import free_joints
-from bodyschema.body.tree import Body
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient
-from bodyschema.learning.skeletons.samples import SkeletonSamples
+from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.learners.skeletons.samples import SkeletonSamples
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_joints
 from bodyschema.senses.touches import Touches
 from bodyschema.studies.random_chains import (
     LONGEST,

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient, from_nothing
-from bodyschema.learning.skeletons.samples import SkeletonSamples
+from bodyschema.learners.published.online_gradient import OnlineGradient, from_nothing
+from bodyschema.learners.skeletons.samples import SkeletonSamples
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_skeleton
 from bodyschema.studies.study import Result, Rows, Task
 from bodyschema.studies.touching_arms import LINK, touches, two_arms
 

@@ -22,13 +22,13 @@ import tyro
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.attention.corners import CornerTracker
 from bodyschema.attention.finder import BodyFinder
 from bodyschema.errors import InputError, MissingExtraError
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.hand_eye.stereo_points import StereoPoints
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.stereo_points import StereoPoints
 from bodyschema.simulation.stereo_film import StereoFilm
 from bodyschema.studies.study import Result, Rows, Task
+from bodyschema.vision.corners import CornerTracker
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

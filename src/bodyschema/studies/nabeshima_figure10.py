@@ -14,10 +14,10 @@ import numpy as np
 import tyro
 from numpy.typing import NDArray
 
-from bodyschema.body.inertia import Inertia
 from bodyschema.errors import InputError, MissingExtraError
-from bodyschema.learning.payload.learner import LoadLearner
-from bodyschema.learning.payload.paper_form import PaperPayload, load_of, paper_rows
+from bodyschema.learners.payload.learner import LoadLearner
+from bodyschema.learners.published.paper_payload import PaperPayload, load_of, paper_rows
+from bodyschema.model.inertia import Inertia
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.simulation.loads import DOWN

@@ -19,8 +19,8 @@ import tyro
 from numpy.typing import NDArray
 
 from bodyschema.errors import MissingExtraError
-from bodyschema.learning.linear_relation import Moments
-from bodyschema.learning.payload.paper_form import PaperPayload, load_of, paper_rows
+from bodyschema.learners.published.linear_relation import Moments
+from bodyschema.learners.published.paper_payload import PaperPayload, load_of, paper_rows
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.simulation.contacts import pushes
 from bodyschema.simulation.loads import DOWN, RATE

@@ -17,11 +17,11 @@ import numpy as np
 import tyro
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import MissingExtraError
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.hand_eye.stereo_points import triangulated_rows
-from bodyschema.learning.linear_relation import Direction, Moments, PaperRelation
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.stereo_points import triangulated_rows
+from bodyschema.learners.published.linear_relation import Direction, Moments, PaperRelation
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation.katana import (
     Scene,
     Stream,

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.learning.hand_eye.chart import CameraAndPoints, predict
-from bodyschema.learning.hand_eye.closed_forms import align_points, mean_transform, solve_ky_xt
-from bodyschema.learning.hand_eye.stereo_points import Stereo
-from bodyschema.learning.relation_fit import Normal, descend
+from bodyschema.estimation.relation_fit import Normal, descend
+from bodyschema.learners.hand_eye.chart import CameraAndPoints, predict
+from bodyschema.learners.hand_eye.stereo_points import Stereo
+from bodyschema.seeds.closed_forms import align_points, mean_transform, solve_ky_xt
 from bodyschema.simulation.katana import Scene, perceive
 
 Array = NDArray[np.float64]

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import kernel
+from bodyschema.model.kernels import kernel
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.inertia import Inertia, is_physical
-from bodyschema.learning.payload.learner import LoadLearner
-from bodyschema.learning.payload.paper_form import paper_rows
+from bodyschema.learners.payload.learner import LoadLearner
+from bodyschema.learners.published.paper_payload import paper_rows
+from bodyschema.model.inertia import Inertia, is_physical
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.studies.study import Result

@@ -1,4 +1,4 @@
-"""Whole runs of the pool on random chains: the search of `learning.skeletons.pool` and no other.
+"""Whole runs of the pool on random chains: the search of `learners.skeletons.pool` and no other.
 
 The chain's end point is fixed, unknown, and learned as its last link. At every sample the best
 hypothesis predicts first; then the sample is learned from, unless prediction and fit were exact.
@@ -23,11 +23,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import kernel
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.learning.skeletons.fit import accumulate, solve_damped, square_errors, told_variance
-from bodyschema.learning.skeletons.growth import Look, plan
-from bodyschema.learning.skeletons.hypotheses import (
+from bodyschema.learners.skeletons.fit import accumulate, solve_damped, square_errors, told_variance
+from bodyschema.learners.skeletons.growth import Look, plan
+from bodyschema.learners.skeletons.hypotheses import (
     Hypotheses,
     Rule,
     agreed,
@@ -36,8 +34,10 @@ from bodyschema.learning.skeletons.hypotheses import (
     search,
     spawn,
 )
-from bodyschema.learning.skeletons.pool import AGAIN, PREDICTED, Pool
-from bodyschema.learning.skeletons.sight import Routes, Sightings, foresee, work_for
+from bodyschema.learners.skeletons.pool import AGAIN, PREDICTED, Pool
+from bodyschema.learners.skeletons.sight import Routes, Sightings, foresee, work_for
+from bodyschema.model.kernels import kernel
+from bodyschema.model.variables import free_skeleton
 from bodyschema.studies.random_chains import (
     Generator,
     chain_body,

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.learning.skeletons.online_gradient import from_nothing, typical_link
-from bodyschema.learning.skeletons.pool import Pool
+from bodyschema.learners.published.online_gradient import from_nothing, typical_link
+from bodyschema.learners.skeletons.pool import Pool
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_skeleton
 from bodyschema.studies.self_watching import FRESH, SelfWatching
 
 Array = NDArray[np.float64]
@@ -50,9 +50,9 @@ def pool_tree_run(
     fresh = watching.postures(FRESH, rng)
     q = watching.postures(limit, rng)
     pool = Pool(size=SIZE, seed=int(rng.integers(2**31)))
-    parameters = free_skeleton(watching.body)
+    variables = free_skeleton(watching.body)
     length = typical_link(Skeleton.of(watching.body))
-    state = pool.start(from_nothing(watching.body, parameters, length, rng), parameters)
+    state = pool.start(from_nothing(watching.body, variables, length, rng), variables)
     curve = []
     for i in range(limit):
         for sense in watching.at(q, i):

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED, REVOLUTE, kernel
-from bodyschema.body.tree import Body
+from bodyschema.model.kernels import FIXED, REVOLUTE, kernel
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

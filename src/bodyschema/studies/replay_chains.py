@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient
-from bodyschema.learning.skeletons.replay import Replay
+from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.learners.skeletons.replay import Replay
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.variables import free_skeleton
 from bodyschema.senses.points import Points
 from bodyschema.studies.gradient_chains import STREAK, Protocol
 from bodyschema.studies.random_chains import (

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kernels import FIXED
-from bodyschema.body.tree import Body
+from bodyschema.model.kernels import FIXED
+from bodyschema.model.tree import Body
 from bodyschema.report.skeleton_picture import places
 from bodyschema.simulation.humanoid import EYE
 from bodyschema.studies.self_watching import SelfWatching

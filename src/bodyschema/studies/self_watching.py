@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import path_between, relative_pose
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.learning.identifiability import random_postures
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.model.kinematics import path_between, relative_pose
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
 from bodyschema.senses.points import Points
 from bodyschema.simulation.humanoid import BETWEEN, ENDS, EYE
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.solid import Solid
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.solid import Solid
 from bodyschema.simulation.contacts import Contact
 from bodyschema.simulation.katana import CENTRE, REACH, SPEED, katana
 from bodyschema.simulation.loads import Path

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learning.learner import Learner, run
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient
-from bodyschema.learning.smoother import Smoother
+from bodyschema.learners.learner import Learner, run
+from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.learners.smoother import Smoother
 from bodyschema.monitoring.link_change import LinkMonitor
 from bodyschema.studies.held_tool import CANDIDATES, ELBOW, TIP, Change, Scene, arm, freed
 from bodyschema.studies.study import Result

@@ -18,14 +18,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learning.linear_relation import Moments
-from bodyschema.learning.payload.learner import LoadLearner
-from bodyschema.learning.payload.paper_form import PaperPayload, load_of, paper_rows
-from bodyschema.learning.touch.evidence import Evidence, principal
-from bodyschema.learning.touch.finder import Touch
-from bodyschema.learning.touch.known_load import KnownLoad
-from bodyschema.learning.touch.place import locate
-from bodyschema.learning.touch.search import TouchSearch
+from bodyschema.learners.payload.learner import LoadLearner
+from bodyschema.learners.published.linear_relation import Moments
+from bodyschema.learners.published.paper_payload import PaperPayload, load_of, paper_rows
+from bodyschema.learners.touch.evidence import Evidence, principal
+from bodyschema.learners.touch.finder import Touch
+from bodyschema.learners.touch.known_load import KnownLoad
+from bodyschema.learners.touch.place import locate
+from bodyschema.learners.touch.search import TouchSearch
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.simulation.contacts import Contact, Kind, draw_contact, pushes

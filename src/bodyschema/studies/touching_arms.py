@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kernels import FIXED, REVOLUTE
-from bodyschema.body.parameters import free_joints
-from bodyschema.body.tree import Body
+from bodyschema.model.kernels import FIXED, REVOLUTE
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_joints
 from bodyschema.senses.touches import Touches
 
 Array = NDArray[np.float64]

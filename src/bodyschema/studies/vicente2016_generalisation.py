@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.images.body_errors import BodyError, CartesianError, JointOffsets
-from bodyschema.learning.images.particle_filter import ParticleFilter
+from bodyschema.learners.published.body_errors import BodyError, CartesianError, JointOffsets
+from bodyschema.learners.published.particle_filter import ParticleFilter
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.report.figure import AFTER, BEFORE
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import SeeingIcub

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.hand_eye.stereo_points import triangulated_rows
-from bodyschema.learning.linear_relation import PaperRelation
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.stereo_points import triangulated_rows
+from bodyschema.learners.published.linear_relation import PaperRelation
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.monitoring.machine import Machine
 from bodyschema.simulation.katana import (
     Scene,

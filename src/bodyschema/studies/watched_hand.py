@@ -25,18 +25,18 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.acting.servoing import Servoing, pose_error
 from bodyschema.acting.trajectory import joint_trajectory
-from bodyschema.body.camera import Camera
-from bodyschema.body.kinematics import frame_jacobian, relative_pose
-from bodyschema.body.tree import Body
-from bodyschema.imagination.surface import Surface
-from bodyschema.learning.images.contour_tracker import TrackInfo
-from bodyschema.learning.images.doubts import Doubts
-from bodyschema.learning.images.hand_track import hand_pose
+from bodyschema.learners.images.contour_tracker import TrackInfo
+from bodyschema.learners.images.doubts import Doubts
+from bodyschema.learners.images.hand_track import hand_pose
+from bodyschema.model.camera import Camera
+from bodyschema.model.kinematics import frame_jacobian, relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import SEEN_LINKS, Scene, SeeingIcub, stereo_eyes
 from bodyschema.studies.hand_methods import Method, OffsetInfo
 from bodyschema.studies.hand_movements import Movement, movement, true_offsets
+from bodyschema.vision.surface import Surface
 
 Array = NDArray[np.float64]
 Model = Literal["identical", "mismatched"]

@@ -22,10 +22,9 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.acting.servoing import Servoing
 from bodyschema.acting.trajectory import joint_trajectory
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
-from bodyschema.imagination.surface import Surface
-from bodyschema.learning.images.contour_tracker import TrackInfo
+from bodyschema.learners.images.contour_tracker import TrackInfo
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import Scene, SeeingIcub
 from bodyschema.studies.hand_methods import Method, OffsetInfo
@@ -38,6 +37,7 @@ from bodyschema.studies.meeting_hands import (
     meeting,
 )
 from bodyschema.studies.watched_hand import COARSE, Believed, Model, believed, distance
+from bodyschema.vision.surface import Surface
 
 Array = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
-from bodyschema.learning.batch import LevenbergMarquardt
-from bodyschema.learning.estimate import Estimate
-from bodyschema.senses.observations import concatenate
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.solver import Solver
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.senses.points import Points
+from bodyschema.senses.sense import concatenate
 from simulated import drawn, free_all, points, postures, seen_arm
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ class World:
         """True rms tool error (m) when the postures q are seen as well."""
         sense = concatenate([self.sense, points(self.truth, q, self.rng)])
         old = self.estimate
-        fit = LevenbergMarquardt().fit(old.reference, old.parameters, [sense])
+        fit = Solver().fit(old.reference, old.variables, [sense])
         test = postures(200, self.truth, np.random.default_rng(99))
         found, true = (
             relative_pose(body, test, "tracker", "tool")[:, :3, 3]
@@ -49,13 +49,13 @@ def calibrated() -> Callable[..., World]:
     def make(seed: int = 0, still: int | None = None, n: int = 10) -> World:
         rng = np.random.default_rng(seed)
         body = seen_arm(5, rng)
-        parameters = free_all(body, turns=False)
-        truth = body.with_parameters(parameters, drawn(parameters, rng, 0.5))
+        variables = free_all(body, turns=False)
+        truth = body.with_variables(variables, drawn(variables, rng, 0.5))
         q = postures(n, body, rng)
         if still is not None:
             q[:, still] = 0.3
         sense = points(truth, q, rng)
-        fit = LevenbergMarquardt().fit(body, parameters, [sense])
+        fit = Solver().fit(body, variables, [sense])
         return World(fit.estimate, sense, truth, rng)
 
     return make

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bodyschema.acting.candidates import View, find_candidates, joint_ranges, travel_order
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
+from bodyschema.model.kinematics import relative_pose
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ from bodyschema.acting.information_gain import (
     noise_levels,
     tool_jacobians,
 )
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.normal_equations import fisher_share
+from bodyschema.estimation.normal_equations import fisher_share
+from bodyschema.model.kinematics import relative_pose
 
 
 @pytest.fixture
@@ -65,8 +65,8 @@ def test_forecast_is_what_samples_of_typical_size_give(calibrated) -> None:  # t
     estimate, sense = world.estimate, world.sense
     J = expected_jacobians(estimate, [sense], sense.q, np.ones((len(sense), 1), dtype=bool))
     level = next(iter(estimate.noise.values()))
-    linear = sense.linearize(estimate.reference, estimate.parameters, estimate.x)
-    raw = linear.by_parameter * estimate.parameters.scale / level
+    linear = sense.linearize(estimate.reference, estimate.variables, estimate.x)
+    raw = linear.by_parameter * estimate.variables.scale / level
     np.testing.assert_allclose(
         np.einsum("nai,naj->ij", J, J),
         fisher_share(FREEDOM, 3) * np.einsum("nai,naj->ij", raw, raw),
@@ -98,8 +98,8 @@ def test_tool_jacobian_is_the_slope_of_the_tool(calibrated) -> None:  # type: ig
     E = tool_jacobians(estimate, [("tracker", "tool")], q)
     step = 1e-6
     for i in (0, 4, len(estimate.x) - 1):
-        moved = estimate.x + step * estimate.parameters.scale[i] * np.eye(len(estimate.x))[i]
-        there = estimate.reference.with_parameters(estimate.parameters, moved)
+        moved = estimate.x + step * estimate.variables.scale[i] * np.eye(len(estimate.x))[i]
+        there = estimate.reference.with_variables(estimate.variables, moved)
         slope = relative_pose(there, q, "tracker", "tool") - relative_pose(
             estimate.body, q, "tracker", "tool"
         )
@@ -108,6 +108,6 @@ def test_tool_jacobian_is_the_slope_of_the_tool(calibrated) -> None:  # type: ig
 
 def test_belief_is_the_estimate_in_units_of_its_prior(calibrated) -> None:  # type: ignore[no-untyped-def]
     estimate = calibrated().estimate
-    D = estimate.parameters.scale
+    D = estimate.variables.scale
     C = covariance_of(believed_information(estimate)) * np.outer(D, D)
     np.testing.assert_allclose(C, estimate.covariance, rtol=1e-6, atol=1e-12)

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.acting.inverse_kinematics import Aim, InverseKinematics, _Problem
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.identifiability import random_postures
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.simulation.humanoid import EYE, humanoid
 from simulated import seen_arm
 

@@ -9,9 +9,9 @@ import pytest
 
 from bodyschema.acting.candidates import find_candidates
 from bodyschema.acting.next_poses import plan_poses
-from bodyschema.body.parameters import free_joints, join
 from bodyschema.errors import InputError
-from bodyschema.learning.prediction import predict_error
+from bodyschema.estimation.prediction import predict_error
+from bodyschema.model.variables import free_joints, join
 
 
 def test_same_seed_same_plan(calibrated) -> None:  # type: ignore[no-untyped-def]
@@ -62,9 +62,9 @@ def test_a_joint_that_never_moved_is_told_by_the_plan(calibrated) -> None:  # ty
     estimate = world.estimate
     gear = free_joints(estimate.reference, ("gears",), ["joint_3"])
     widened = replace(
-        estimate, parameters=join(estimate.parameters, gear), x=np.append(estimate.x, 0.0)
+        estimate, variables=join(estimate.variables, gear), x=np.append(estimate.x, 0.0)
     )
-    linear = world.sense.linearize(widened.reference, widened.parameters, widened.x)
+    linear = world.sense.linearize(widened.reference, widened.variables, widened.x)
     J = linear.by_parameter.reshape(-1, len(widened.x)) / 1e-3
     widened = replace(widened, data_information=J.T @ J)
     plan = plan_poses(widened, [world.sense], 3)
@@ -102,6 +102,6 @@ def test_bad_requests_are_refused(calibrated) -> None:  # type: ignore[no-untype
     few = find_candidates(world.estimate.body, [world.sense], 3, np.random.default_rng(0))
     with pytest.raises(InputError, match="only 3 postures"):
         plan_poses(world.estimate, [world.sense], 4, candidates=few)
-    nothing = replace(world.estimate, parameters=world.estimate.parameters.take([]), x=np.empty(0))
+    nothing = replace(world.estimate, variables=world.estimate.variables.take([]), x=np.empty(0))
     with pytest.raises(InputError, match="no free parameters"):
         plan_poses(nothing, [world.sense], 2)

@@ -9,12 +9,12 @@ import pytest
 
 from bodyschema.acting.inverse_kinematics import Aim
 from bodyschema.acting.reaching import reach
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.identifiability import random_postures
-from bodyschema.learning.invisible import invisible_motions
-from bodyschema.learning.skeletons.online_gradient import from_nothing
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.estimation.invisible import invisible_motions
+from bodyschema.learners.published.online_gradient import from_nothing
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_skeleton
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid
 from bodyschema.simulation.moving_robot import MovingRobot
 
@@ -44,9 +44,9 @@ def test_a_body_that_cannot_be_told_apart_reaches_as_well() -> None:
     """Fig. 8 of Hersch et al. 2008: other joint centres, the same movements of the hand."""
     rng = np.random.default_rng(1)
     body = humanoid()
-    parameters = free_skeleton(body)
-    rows = [m.row for m in invisible_motions(body, parameters) if m.frame not in (EYE, *ENDS)]
-    other = body.with_parameters(parameters, rng.normal(0, 0.1, len(rows)) @ np.array(rows))
+    variables = free_skeleton(body)
+    rows = [m.row for m in invisible_motions(body, variables) if m.frame not in (EYE, *ENDS)]
+    other = body.with_variables(variables, rng.normal(0, 0.1, len(rows)) @ np.array(rows))
     assert np.linalg.norm(other.placement[:, :3, 3] - body.placement[:, :3, 3], axis=1).max() > 0.1
     assert max(errors(other)) < 1e-6
 

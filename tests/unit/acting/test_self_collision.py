@@ -11,9 +11,9 @@ import pytest
 from bodyschema import lie
 from bodyschema.acting.self_collision import SelfCollision
 from bodyschema.acting.shapes import MARGIN, convex_hull, hulls_of
-from bodyschema.body.kernels import FIXED, REVOLUTE
-from bodyschema.body.tree import Body, Visual
 from bodyschema.errors import MissingExtraError
+from bodyschema.model.kernels import FIXED, REVOLUTE
+from bodyschema.model.tree import Body, Visual
 
 pytest.importorskip("fcl")
 pytest.importorskip("trimesh")

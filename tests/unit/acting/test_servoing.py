@@ -10,9 +10,9 @@ import pytest
 from bodyschema import lie
 from bodyschema.acting.inverse_kinematics import Aim
 from bodyschema.acting.servoing import Servoing, pose_error
-from bodyschema.body.kinematics import frame_jacobian, relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.kinematics import frame_jacobian, relative_pose
+from bodyschema.model.tree import Body
 
 FREE = Servoing(largest_step=1.0, slow_below=1e-9)
 

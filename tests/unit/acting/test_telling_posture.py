@@ -9,10 +9,10 @@ import pytest
 
 import bodyschema as bs
 from bodyschema.acting.telling_posture import telling_posture
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.rim_information import LEAST_EFFECT, without
+from bodyschema.learners.images.rim_information import LEAST_EFFECT, without
 from bodyschema.senses.images import Images
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 from small_arm import CAMERA, POSTURES, write_arm
 
 pytest.importorskip("trimesh")

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from bodyschema import Body
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.cli import run
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.recording.tables import write_table
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.sources.tables import write_table
 
 Columns = dict[str, np.ndarray]
 RUN = """

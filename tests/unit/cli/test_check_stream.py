@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import Body
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.cli import run
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.recording.tables import write_table
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.sources.tables import write_table
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bodyschema.cli import run
-from bodyschema.recording.tables import open_recording
-from bodyschema.recording.video import Video
+from bodyschema.sources.tables import open_recording
+from bodyschema.sources.video import Video
 from lerobot_folder import CAMERA, VERSION_2, write_info, write_rows
 from moving_bar import HEIGHT, WIDTH, record
 

@@ -10,10 +10,9 @@ import pytest
 import yaml
 
 from bodyschema import lie
-from bodyschema.body.tree import Body
 from bodyschema.cli import run
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.recording.tables import write_table
+from bodyschema.model.tree import Body
 from bodyschema.simulation.katana import katana
 from bodyschema.simulation.loads import (
     ENCODER,
@@ -25,6 +24,7 @@ from bodyschema.simulation.loads import (
     record,
     wire_box,
 )
+from bodyschema.sources.tables import write_table
 
 pytest.importorskip("jinja2")
 pytest.importorskip("matplotlib")

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from bodyschema import Body
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.cli import run
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.recording.tables import open_recording, write_table
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.sources.tables import open_recording, write_table
 
 RUN = """
 robot = "robot.urdf"

@@ -11,12 +11,12 @@ import pytest
 import yaml
 
 from bodyschema import Body
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.cli import run
 from bodyschema.cli.calibrate import Calibrate
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.recording.tables import write_table
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.report import page
+from bodyschema.sources.tables import write_table
 
 RUN = """
 robot = "robot.urdf"

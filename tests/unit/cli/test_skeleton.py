@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bodyschema import Body
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.cli import run
-from bodyschema.recording.tables import write_table
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.sources.tables import write_table
 from simulated_skeleton import arrangement, true_torso, watched, write_recording
 
 

@@ -15,12 +15,12 @@ from bodyschema.cli import run
 from bodyschema.cli.tracking.album import Album
 from bodyschema.cli.tracking.track_answer import describe
 from bodyschema.cli.tracking.track_file import read_track_file
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.export.tracked_files import Settled
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.identifiability import Identifiability
 from bodyschema.report.tracking.application import TrackApplication
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 from small_arm import CAMERA, POSTURES, TRACK, WRONG, write_arm
 
 cv2 = pytest.importorskip("cv2")
@@ -121,10 +121,10 @@ def test_a_joint_that_slides_is_doubted_and_told_in_mm(folder: Path) -> None:
     assert slide != bend
     (folder / "arm.urdf").write_text(f'{head}<joint name="bend"{slide}')
     album = Album.open(read_track_file(folder / "track.toml"))
-    parameters = album.parameters
-    np.testing.assert_allclose(parameters.prior_std, [np.deg2rad(8), 0.005])
+    variables = album.variables
+    np.testing.assert_allclose(variables.prior_std, [np.deg2rad(8), 0.005])
     said = Identifiability(8, (), np.zeros(2))
-    estimate = Estimate(album.body, parameters, np.array([0.01, 0.01]), 1e6 * np.eye(2))
+    estimate = Estimate(album.body, variables, np.array([0.01, 0.01]), 1e6 * np.eye(2))
     fit = SimpleNamespace(estimate=estimate, identifiability=said, lost=False)
     evidence: Any = SimpleNamespace(
         settled=Settled.of(cast("Any", fit)), nominal=album.nominal, run={"robot": "arm.urdf"}

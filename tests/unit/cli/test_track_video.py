@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import bodyschema as bs
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.cli import run
 from bodyschema.cli.tracking.album import Album, _by_time
 from bodyschema.cli.tracking.track_file import read_track_file
 from bodyschema.errors import InputError
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.recording.joint_track import JointTrack
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.sources.joint_track import JointTrack
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
 from small_arm import CAMERA, POSTURES, TRACK, WRONG, write_arm
 
 av = pytest.importorskip("av")

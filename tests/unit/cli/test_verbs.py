@@ -11,7 +11,7 @@ import pytest
 
 from bodyschema import Body
 from bodyschema.cli import run
-from bodyschema.recording.tables import open_recording, write_table
+from bodyschema.sources.tables import open_recording, write_table
 
 
 @pytest.fixture(scope="module")

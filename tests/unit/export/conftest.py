@@ -11,10 +11,10 @@ import pytest
 
 import bodyschema
 from bodyschema import lie
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import parse_urdf
+from bodyschema.answers.calibration import Calibration
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learning.calibration import Calibration
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import parse_urdf
 
 ROBOT = b"""<?xml version="1.0"?>
 <!-- an arm on a rail with a gripper -->
@@ -91,7 +91,7 @@ def case() -> Case:
     body = nominal.attach("camera", "base").attach("marker", "tip")
     free = bodyschema.free_joints(body, ["offsets"])
     T_base_camera = lie.transform(lie.exp_so3([0.3, -2.0, 0.5]), [0.2, 1.0, 0.7])
-    truth = body.with_parameters(free, rng.uniform(-0.08, 0.08, 4))
+    truth = body.with_variables(free, rng.uniform(-0.08, 0.08, 4))
     truth = truth.with_placement("camera", T_base_camera)
     truth = truth.with_placement("marker", lie.transform(np.eye(3), [0.03, 0.01, 0.06]))
     q = rng.uniform(-2, 2, (40, 4))
@@ -104,7 +104,7 @@ def case() -> Case:
 @pytest.fixture(scope="session")
 def worst_pose() -> Callable[[Body, Body], float]:
     """Largest difference of any number of any pose of the frames that the first body has."""
-    from bodyschema.body.kinematics import frame_poses
+    from bodyschema.model.kinematics import frame_poses
 
     def difference(one: Body, other: Body, seed: int = 0) -> float:
         q = np.random.default_rng(seed).uniform(-3, 3, (20, len(one.joints)))

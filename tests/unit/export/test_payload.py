@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bodyschema import lie
-from bodyschema.body.inertia import Inertia
 from bodyschema.errors import InputError
 from bodyschema.export.payload import controller_forms, urdf_with_load
+from bodyschema.model.inertia import Inertia
 
 MOMENTS = np.array([[3e-3, 1e-4, -2e-4], [1e-4, 2.5e-3, 3e-4], [-2e-4, 3e-4, 1.5e-3]])
 LOAD = Inertia(0.6, np.array([0.02, -0.03, 0.09]), MOMENTS)

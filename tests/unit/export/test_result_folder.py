@@ -14,12 +14,12 @@ import pytest
 import yaml
 
 import bodyschema
-from bodyschema.body.dh import read_dh
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import read_urdf
 from bodyschema.errors import InputError
 from bodyschema.export.result_folder import sha256, write_result
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.dh import read_dh
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import read_urdf
 
 Difference = Callable[[Body, Body], float]
 FILES = [

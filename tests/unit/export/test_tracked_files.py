@@ -11,13 +11,13 @@ import pytest
 import yaml
 
 from bodyschema import Body, free_frame, free_joints
-from bodyschema.body.parameters import join
 from bodyschema.errors import InputError
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.identifiability import Identifiability, OpenDirection
 from bodyschema.export.corrections import read_corrections
 from bodyschema.export.tracked_files import Settled
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.identifiability import Identifiability, OpenDirection
+from bodyschema.model.variables import join
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ def fitted(open_names: tuple[str, ...]) -> Fit:
     rng = np.random.default_rng(4)
     body = Body.random_chain(3, rng).attach("eye", "base")
     offsets = free_joints(body, ["offsets"])
-    parameters = join(offsets.with_prior(np.full(3, 0.1)), free_frame(body, "eye", 0.05, 0.1))
-    A = rng.normal(size=(20, len(parameters)))
-    x = 0.05 * rng.normal(size=len(parameters))
-    share = np.array([0.9 if name in open_names else 0.0 for name in parameters.names])
+    variables = join(offsets.with_prior(np.full(3, 0.1)), free_frame(body, "eye", 0.05, 0.1))
+    A = rng.normal(size=(20, len(variables)))
+    x = 0.05 * rng.normal(size=len(variables))
+    share = np.array([0.9 if name in open_names else 0.0 for name in variables.names])
     known = Identifiability(8, (OpenDirection(open_names, True, "open."),), share)
-    return Fit(Estimate(body, parameters, x, 1e3 * A.T @ A), known)
+    return Fit(Estimate(body, variables, x, 1e3 * A.T @ A), known)
 
 
 def settled(fit: Any) -> Settled:
@@ -48,7 +48,7 @@ def settled(fit: Any) -> Settled:
 
 def test_an_open_offset_stays_as_modelled_and_the_others_follow() -> None:
     fit = fitted(("joint_2.offset",))
-    names, x_hat = fit.estimate.parameters.names, fit.estimate.x
+    names, x_hat = fit.estimate.variables.names, fit.estimate.x
     open_one = names.index("joint_2.offset")
     found = settled(fit)
     assert found.kept == ("joint_2.offset",)

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bodyschema.body.parameters import free_frame, free_joints, join
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import parse_urdf
 from bodyschema.errors import InputError
 from bodyschema.export.joint_edit import JointEdit
 from bodyschema.export.urdf_edits import unwritable, urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import parse_urdf
+from bodyschema.model.variables import free_frame, free_joints, join
 
 Difference = Callable[[Body, Body], float]
 PATH = Path("robot.urdf")
@@ -41,14 +41,14 @@ def read(source: bytes) -> Body:
 def wrong_everywhere(body: Body, seed: int = 0) -> Body:
     """All offsets, axes and links off, and every fixed frame turned."""
     rng = np.random.default_rng(seed)
-    parameters = free_joints(body, ["offsets", "axes", "links"])
-    x = rng.uniform(-1, 1, len(parameters)) * np.where(parameters.prior_std < 0.05, 0.05, 0.5)
-    moved = body.with_parameters(parameters, x)
+    variables = free_joints(body, ["offsets", "axes", "links"])
+    x = rng.uniform(-1, 1, len(variables)) * np.where(variables.prior_std < 0.05, 0.05, 0.5)
+    moved = body.with_variables(variables, x)
     fixed = [f for k, f in enumerate(body.frames) if k and body.kind[k] == 0]
     if not fixed:
         return moved
     frames = join(*(free_frame(body, frame) for frame in fixed))
-    return moved.with_parameters(frames, rng.uniform(-0.3, 0.3, len(frames)))
+    return moved.with_variables(frames, rng.uniform(-0.3, 0.3, len(frames)))
 
 
 def changed_lines(before: bytes, after: bytes) -> list[bytes]:
@@ -91,7 +91,7 @@ def test_an_axis_tilt_turns_the_direction_of_the_offset(
 ) -> None:
     nominal = read(robot)
     axes = free_joints(nominal, ["axes"], ["shoulder"])
-    corrected = offset(nominal.with_parameters(axes, [0.2, -0.1]), "shoulder", 0.7)
+    corrected = offset(nominal.with_variables(axes, [0.2, -0.1]), "shoulder", 0.7)
     edits = urdf_edits(nominal, corrected)
     assert edits.keys() == {"shoulder"}
     assert edits["shoulder"].axis == pytest.approx(corrected.axis[2])
@@ -115,7 +115,7 @@ def test_nothing_differs_nothing_is_edited(robot: bytes) -> None:
     nominal = read(robot)
     assert urdf_edits(nominal, nominal) == {}
     barely = free_joints(nominal, ["links"], ["elbow"])
-    assert urdf_edits(nominal, nominal.with_parameters(barely, [1e-13, 0, 0])) == {}
+    assert urdf_edits(nominal, nominal.with_variables(barely, [1e-13, 0, 0])) == {}
 
 
 def test_frames_that_were_attached_are_skipped(robot: bytes) -> None:
@@ -123,7 +123,7 @@ def test_frames_that_were_attached_are_skipped(robot: bytes) -> None:
     # "mount_joint" is also what the joint of a frame "mount" would be called.
     seen = nominal.attach("camera", "base").attach("shoulder", "camera")
     free = free_frame(seen, "camera")
-    assert urdf_edits(nominal, seen.with_parameters(free, np.ones(6))) == {}
+    assert urdf_edits(nominal, seen.with_variables(free, np.ones(6))) == {}
 
 
 def test_an_offset_changes_origin_and_limits_only(robot: bytes) -> None:

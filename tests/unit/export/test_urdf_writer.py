@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bodyschema.body.dh import DHRow, body_from_dh
-from bodyschema.body.parameters import free_joints
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import parse_urdf
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.dh import DHRow, body_from_dh
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import parse_urdf
+from bodyschema.model.variables import free_joints
 
 Difference = Callable[[Body, Body], float]
 
@@ -48,7 +48,7 @@ def test_random_chain_with_everything_wrong(worst_pose: Difference) -> None:
     rng = np.random.default_rng(1)
     body = Body.random_chain(7, rng)
     free = free_joints(body, ["offsets", "axes", "links"])
-    moved = body.with_parameters(free, rng.uniform(-0.3, 0.3, len(free)))
+    moved = body.with_variables(free, rng.uniform(-0.3, 0.3, len(free)))
     assert worst_pose(again(moved), moved) < 1e-12
 
 

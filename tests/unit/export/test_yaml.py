@@ -15,8 +15,7 @@ import pytest
 import yaml
 
 from bodyschema import lie
-from bodyschema.body.tree import Body
-from bodyschema.body.urdf import parse_urdf
+from bodyschema.estimation.identifiability import Identifiability, OpenDirection
 from bodyschema.export.calibration_yaml import calibration_document, calibration_text
 from bodyschema.export.documents import plain, rounded, yaml_text
 from bodyschema.export.kinematics_yaml import kinematics_document, kinematics_text
@@ -27,7 +26,8 @@ from bodyschema.export.static_transforms import (
     transforms_text,
 )
 from bodyschema.export.urdf_edits import described
-from bodyschema.learning.identifiability import Identifiability, OpenDirection
+from bodyschema.model.tree import Body
+from bodyschema.model.urdf import parse_urdf
 
 Difference = Callable[[Body, Body], float]
 
@@ -60,7 +60,7 @@ def test_what_was_found_is_in_it(case: Any) -> None:
 def test_each_parameter_has_its_row(case: Any) -> None:
     rows = calibration_document(case.calibration)["parameters"]
     estimate = case.calibration.estimate
-    assert [row["name"] for row in rows] == list(estimate.parameters.names)
+    assert [row["name"] for row in rows] == list(estimate.variables.names)
     assert list(rows[1]) == [
         "name", "value", "std", "unit", "prior_std", "group", "identifiable", "combined_with",
     ]  # fmt: skip
@@ -78,7 +78,7 @@ def test_each_parameter_has_its_row(case: Any) -> None:
 
 
 def test_a_parameter_that_is_half_open_is_determined(case: Any) -> None:
-    calibration, n = case.calibration, len(case.calibration.estimate.parameters)
+    calibration, n = case.calibration, len(case.calibration.estimate.variables)
     shares = np.where(np.arange(n) == 2, 0.51, 0.5)
     direction = OpenDirection(("joint_3.offset", "joint_2.offset"), True, "cannot be told.")
     known = Identifiability(n - 1, (direction,), shares)
@@ -183,7 +183,7 @@ def test_xacro_loads_the_kinematics(case: Any, tmp_path: Path, worst_pose: Diffe
 
 
 def test_estimated_frames_can_be_published(case: Any) -> None:
-    assert estimated_frames(case.calibration.estimate.parameters) == ("camera", "marker")
+    assert estimated_frames(case.calibration.estimate.variables) == ("camera", "marker")
     camera, marker = yaml.safe_load(transforms_text(case.calibration, case.nominal))["transforms"]
     assert (camera["parent"], camera["child"]) == ("base", "camera")
     assert (marker["parent"], marker["child"]) == ("tip", "marker")

@@ -9,17 +9,17 @@ import pytest
 
 from bodyschema import (
     Body,
-    GaussNewton,
-    LevenbergMarquardt,
+    Filter,
     Poses,
+    Solver,
     free_frame,
     free_joints,
     join,
     lie,
 )
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.learning.batch import Fit
-from bodyschema.learning.discrepancy import Field
+from bodyschema.estimation.discrepancy import Field
+from bodyschema.estimation.solver import Fit
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.monitoring.change import detect_change
 
 
@@ -44,10 +44,10 @@ def calibrated(seed: int) -> Robot:
     rng = np.random.default_rng(seed)
     nominal = Body.random_chain(5, rng).attach("tracker", "base").attach("hand", "tip")
     offsets = free_joints(nominal, ("offsets",))
-    truth = nominal.with_parameters(offsets, 0.05 * rng.normal(size=5))
+    truth = nominal.with_variables(offsets, 0.05 * rng.normal(size=5))
     frames = [free_frame(nominal, name) for name in ("tracker", "hand")]
-    parameters = join(offsets, *frames)
-    return Robot(truth, LevenbergMarquardt().fit(nominal, parameters, [record(truth, 60, rng)]))
+    variables = join(offsets, *frames)
+    return Robot(truth, Solver().fit(nominal, variables, [record(truth, 60, rng)]))
 
 
 def test_unchanged_bodies_are_left_in_peace() -> None:
@@ -64,7 +64,7 @@ def test_unchanged_bodies_are_left_in_peace() -> None:
 def test_a_moved_joint_zero_is_found_and_blamed(seed: int) -> None:
     robot, rng = calibrated(seed), np.random.default_rng(50 + seed)
     joint = robot.truth.joints[1 + seed % 3]
-    knocked = robot.truth.with_parameters(
+    knocked = robot.truth.with_variables(
         free_joints(robot.truth, ("offsets",), [joint]), [np.deg2rad(1.0)]
     )
     answer = detect_change(robot.fit.estimate, [record(knocked, 40, rng, outliers=3)])
@@ -112,9 +112,9 @@ def test_a_residual_field_makes_the_test_more_careful() -> None:
 
 def test_it_works_on_the_recursive_learner_too() -> None:
     robot, rng = calibrated(6), np.random.default_rng(4)
-    learner = GaussNewton(unknown=("tracker", "hand"))
+    learner = Filter(unknown=("tracker", "hand"))
     estimate = robot.fit.estimate
-    state = learner.start(estimate.reference, estimate.parameters)
+    state = learner.start(estimate.reference, estimate.variables)
     for i, sample in enumerate(record(robot.truth, 60, rng).take([i]) for i in range(60)):
         state, _ = learner.step(state, sample)
         assert state.started == (i >= learner.burn_in - 1)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from bodyschema.learning.hand_eye.point_memory import PointMemory
-from bodyschema.learning.hand_eye.points import HandEyePoints
-from bodyschema.learning.hand_eye.stereo_points import StereoPoints
-from bodyschema.learning.watchable import Doubt, WhiteInnovation
+from bodyschema.learners.hand_eye.point_memory import PointMemory
+from bodyschema.learners.hand_eye.points import HandEyePoints
+from bodyschema.learners.hand_eye.stereo_points import StereoPoints
+from bodyschema.learners.watchable import Doubt, WhiteInnovation
 from bodyschema.monitoring.block_ratio import BlockRatio, Window, noticeable, ratio
 from bodyschema.monitoring.cusum import Cusum, Sums
 from bodyschema.monitoring.excitation import missing_motion, turning

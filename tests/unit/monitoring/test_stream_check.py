@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.body.parameters import free_joints
-from bodyschema.body.tree import Body
-from bodyschema.learning.batch import LevenbergMarquardt
-from bodyschema.learning.estimate import Estimate
-from bodyschema.learning.stream_noise import measured
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.solver import Solver
+from bodyschema.estimation.stream_noise import measured
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_joints
 from bodyschema.monitoring.stream_check import check_stream, is_stream
-from bodyschema.senses.observations import Observations, concatenate
 from bodyschema.senses.points import Points
+from bodyschema.senses.sense import Sense, concatenate
 from simulated import free_all, points, poses, postures, seen_arm
 
 Array = NDArray[np.float64]
@@ -35,11 +35,11 @@ def calibrated(sense: str, seed: int) -> tuple[Body, Estimate, np.random.Generat
     rng = np.random.default_rng(seed)
     truth = seen_arm(5, rng)
     seen = SENSES[sense](truth, postures(60, truth, rng), rng)
-    parameters = free_all(truth, turns=sense == "poses")
-    return truth, LevenbergMarquardt().fit(truth, parameters, [seen]).estimate, rng
+    variables = free_all(truth, turns=sense == "poses")
+    return truth, Solver().fit(truth, variables, [seen]).estimate, rng
 
 
-def timed(sense: Observations) -> Observations:
+def timed(sense: Sense) -> Sense:
     """With times and rows of one recording."""
     n = len(sense)
     arrays = {name: getattr(sense, name) for name in sense.arrays}
@@ -49,7 +49,7 @@ def timed(sense: Observations) -> Observations:
     )
 
 
-def recorded(sense: str, bodies: list[tuple[Body, int]], rng: np.random.Generator) -> Observations:
+def recorded(sense: str, bodies: list[tuple[Body, int]], rng: np.random.Generator) -> Sense:
     """One stream during which the body becomes another."""
     n = sum(count for _, count in bodies)
     q, first, parts = moving(n, bodies[0][0], rng), 0, []
@@ -65,7 +65,7 @@ def test_a_joint_that_jumps_is_named_dated_and_measured(sense: str) -> None:
     zeros = free_joints(truth, ("offsets",))
     joint = truth.joints[2]
     jump = np.deg2rad(1.0) * (np.arange(5) == 2)
-    moved = truth.with_parameters(zeros, jump)
+    moved = truth.with_variables(zeros, jump)
     answer = check_stream(estimate, [recorded(sense, [(truth, 300), (moved, 300)], rng)])
     (change,) = answer.changes
     assert change.part == joint
@@ -94,7 +94,7 @@ def test_a_tool_that_slips_is_named() -> None:
 def test_a_change_before_the_recording_is_dated_at_its_start() -> None:
     truth, estimate, rng = calibrated("points", 3)
     zeros = free_joints(truth, ("offsets",))
-    moved = truth.with_parameters(zeros, np.deg2rad(2.0) * (np.arange(5) == 1))
+    moved = truth.with_variables(zeros, np.deg2rad(2.0) * (np.arange(5) == 1))
     answer = check_stream(estimate, [recorded("points", [(moved, 400)], rng)])
     assert answer.changes[0].part == truth.joints[1]
     assert answer.changes[0].row <= 3

@@ -10,7 +10,7 @@ import pytest
 
 from bodyschema import Body, Calibration, calibrate, lie
 from bodyschema.report.evidence import Evidence
-from bodyschema.senses.observations import Observations
+from bodyschema.senses.sense import Sense
 from simulated import points, poses, postures
 
 CAMERA = "<b>eye</b> & $x$"
@@ -32,7 +32,7 @@ class Case:
 
     calibration: Calibration
     nominal: Body
-    senses: tuple[Observations, ...]
+    senses: tuple[Sense, ...]
     run: dict[str, Any]
 
     @property

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bodyschema.body.camera import Camera
 from bodyschema.errors import InputError
+from bodyschema.model.camera import Camera
 from bodyschema.senses.images import Images
 
 EYE = Camera.from_fov("eye", "eye", 8, 6, 1.0)

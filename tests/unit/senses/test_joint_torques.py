@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bodyschema.body.inertia import is_physical
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learning.payload.arm import fit_arm
+from bodyschema.learners.payload.arm import fit_arm
+from bodyschema.model.inertia import is_physical
 from bodyschema.senses.joint_torques import (
     ArmMotion,
     arm_regressor,

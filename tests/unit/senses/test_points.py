@@ -7,13 +7,13 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import free_frame
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.senses.observations import concatenate
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_frame
 from bodyschema.senses.points import DEFAULT_STD, Points
 from bodyschema.senses.poses import Poses
+from bodyschema.senses.sense import concatenate
 
 Array = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.senses.observations import concatenate
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.senses.poses import Poses
+from bodyschema.senses.sense import concatenate
 
 Array = NDArray[np.float64]
 
@@ -43,25 +43,25 @@ def test_the_residual_is_what_turns_and_shifts_the_prediction(body: Body, poses:
 
 
 @pytest.fixture(scope="module")
-def parameters(body: Body) -> Parameters:
+def variables(body: Body) -> Variables:
     return join(free_joints(body), free_frame(body, "camera"), free_frame(body, "tip"))
 
 
 @properties
 @given(st.floats(0, 3.0), st.integers(0, 1000))
 def test_derivative_at_large_rotation_errors(
-    body: Body, poses: Poses, parameters: Parameters, angle: float, seed: int
+    body: Body, poses: Poses, variables: Variables, angle: float, seed: int
 ) -> None:
     direction = np.random.default_rng(seed).normal(size=3)
     turn = lie.exp_so3(angle * direction / np.linalg.norm(direction))
     seen = poses.pose.copy()
     seen[:, :3, :3] = turn @ seen[:, :3, :3]
-    wrong, x, step = Poses.make(poses.q, seen, "camera", "tip"), np.zeros(len(parameters)), 1e-6
-    by_parameter = wrong.linearize(body, parameters, x).by_parameter
-    for i in range(len(parameters)):
-        d = step * (np.arange(len(parameters)) == i)
-        forth = wrong.residual(body.with_parameters(parameters, x + d))
-        back = wrong.residual(body.with_parameters(parameters, x - d))
+    wrong, x, step = Poses.make(poses.q, seen, "camera", "tip"), np.zeros(len(variables)), 1e-6
+    by_parameter = wrong.linearize(body, variables, x).by_parameter
+    for i in range(len(variables)):
+        d = step * (np.arange(len(variables)) == i)
+        forth = wrong.residual(body.with_variables(variables, x + d))
+        back = wrong.residual(body.with_variables(variables, x - d))
         assert by_parameter[:, :, i] == pytest.approx((forth - back) / (2 * step), abs=1e-7)
 
 

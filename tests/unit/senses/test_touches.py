@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.senses.points import Points
 from bodyschema.senses.touches import Touches
 

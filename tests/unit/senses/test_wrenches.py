@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bodyschema import lie
-from bodyschema.body.inertia import Inertia
 from bodyschema.errors import InputError
+from bodyschema.model.inertia import Inertia
 from bodyschema.senses.wrenches import Wrenches, load_regressor
 
 LOAD = Inertia(0.6, np.array([0.02, -0.03, 0.09]), np.diag([3e-3, 2.5e-3, 1.5e-3]))

@@ -7,11 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import frame_poses, relative_pose
-from bodyschema.body.skeleton import zero_rotations
-from bodyschema.body.tree import Body
 from bodyschema.errors import InputError
-from bodyschema.learning.identifiability import random_postures
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.model.kinematics import frame_poses, relative_pose
+from bodyschema.model.skeleton import zero_rotations
+from bodyschema.model.tree import Body
 from bodyschema.simulation.humanoid import (
     BETWEEN,
     ENDS,

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
-from bodyschema.recording.tables import open_recording
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation import eyes, icub, world
 from bodyschema.simulation.folder import FILES, write_simulation
 from bodyschema.simulation.picture import draw_before_after
 from bodyschema.simulation.scoring import describe_errors, hand_error, load_truth
 from bodyschema.simulation.world import SimulatedRecording, Simulation, simulate
+from bodyschema.sources.tables import open_recording
 
 pytest.importorskip("mujoco")
 pytest.importorskip("icub_models")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation.katana import (
     RATE,
     SPEED,

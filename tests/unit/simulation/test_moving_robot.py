@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bodyschema.acting.robot import Robot
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
-from bodyschema.learning.identifiability import random_postures
+from bodyschema.estimation.identifiability import random_postures
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation.humanoid import ENDS, EYE, humanoid
 from bodyschema.simulation.moving_robot import MovingRobot
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from bodyschema.acting.robot import Robot
-from bodyschema.body.kinematics import relative_pose
 from bodyschema.errors import InputError
-from bodyschema.imagination.contours import silhouette
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.imagination.surface import Surface
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import LEFT_LINKS, SEEN_LINKS, SeeingIcub, stereo_eyes
+from bodyschema.vision.contours import silhouette
+from bodyschema.vision.poses import piece_poses
+from bodyschema.vision.surface import Surface
 from imagined_hand import BETA, posture, shifted
 
 pytest.importorskip("mujoco")

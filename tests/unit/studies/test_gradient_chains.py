@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bodyschema.body.parameters import free_frame, free_joints, join
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient
+from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.model.variables import free_frame, free_joints, join
 from bodyschema.senses.touches import Touches
 from bodyschema.studies.gradient_chains import BLOCK, STREAK, Protocol, gradient_run
 from bodyschema.studies.random_chains import (

@@ -7,9 +7,9 @@ import json
 import numpy as np
 import pytest
 
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.learning.invisible import invisible_motions
-from bodyschema.learning.skeletons.shortest_links import with_shortest_links
+from bodyschema.estimation.invisible import invisible_motions
+from bodyschema.learners.skeletons.shortest_links import with_shortest_links
+from bodyschema.model.variables import free_skeleton
 from bodyschema.simulation.humanoid import ENDS, EYE
 from bodyschema.studies import hersch2008_figure11 as figure11
 from bodyschema.studies.hersch2008_figure10 import Figure10
@@ -72,15 +72,15 @@ def results() -> dict[str, Result]:
     found = {}
     for task in study.tasks():
         watching = study.watching(task.settings["case"])
-        parameters = free_skeleton(watching.body)
+        variables = free_skeleton(watching.body)
         hidden = [
             motion.row
-            for motion in invisible_motions(watching.body, parameters)
+            for motion in invisible_motions(watching.body, variables)
             if motion.frame not in (EYE, *watching.markers)
         ]
         slid = rng.normal(0, 0.05, len(hidden)) @ np.array(hidden)
-        learned = watching.body.with_parameters(parameters, slid)
-        plain = with_shortest_links(learned, parameters, watching.looks())
+        learned = watching.body.with_variables(variables, slid)
+        plain = with_shortest_links(learned, variables, watching.looks())
         q = watching.postures(10, rng)
         found[task.key] = {"failed": False} | {
             name: {"skeleton": figure11._stored(body), **vars(compare(watching, body, q))}

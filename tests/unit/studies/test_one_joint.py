@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.parameters import free_joints
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient
-from bodyschema.learning.skeletons.samples import SkeletonSamples
+from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.learners.skeletons.samples import SkeletonSamples
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_joints
 from bodyschema.senses.touches import Touches
 from bodyschema.studies.hersch2008_theorem1 import REACHES_DEG, widest
 from bodyschema.studies.one_joint import Swing, bowl, fixed_energy, settle, varied_energy

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.parameters import free_skeleton
-from bodyschema.body.skeleton import Skeleton
-from bodyschema.body.tree import Body
-from bodyschema.learning.invisible import invisible_motions
-from bodyschema.learning.learner import in_time_order
-from bodyschema.learning.skeletons.online_gradient import OnlineGradient, from_nothing, typical_link
+from bodyschema.estimation.invisible import invisible_motions
+from bodyschema.learners.learner import in_time_order
+from bodyschema.learners.published.online_gradient import OnlineGradient, from_nothing, typical_link
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.skeleton import Skeleton
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import free_skeleton
 from bodyschema.simulation.humanoid import BETWEEN, ENDS, EYE, humanoid
 from bodyschema.studies.gradient_trees import STREAK, bin_ends, gradient_tree_run
 from bodyschema.studies.schema_comparison import compare
@@ -94,12 +94,12 @@ def test_a_run_is_the_learner_sample_by_sample() -> None:
     """The compiled loop against `OnlineGradient`, for two groups of markers."""
     real = SelfWatching(humanoid(), CASES["alternating"])
     body, n = real.body, 40
-    parameters = free_skeleton(body)
+    variables = free_skeleton(body)
     length = typical_link(Skeleton.of(body))
     run = gradient_tree_run(real, 0.05, 0.0, n, np.random.default_rng(3))
     rng = np.random.default_rng(3)
     learner = OnlineGradient(0.05, length=length)
-    state = learner.start(from_nothing(body, parameters, length, rng), parameters)
+    state = learner.start(from_nothing(body, variables, length, rng), variables)
     order = [int(body.driver[k]) for k in np.flatnonzero(body.kind)]
     q = np.empty((n, 24))
     for row in q:
@@ -123,9 +123,9 @@ def test_a_run_that_blows_up_has_not_converged() -> None:
 def test_two_bodies_that_cannot_be_told_apart_differ_in_their_centres_alone() -> None:
     rng = np.random.default_rng(4)
     real = SelfWatching(humanoid(), CASES["ends"])
-    parameters = free_skeleton(real.body)
-    rows = [m.row for m in invisible_motions(real.body, parameters) if m.frame not in (EYE, *ENDS)]
-    other = real.body.with_parameters(parameters, rng.normal(0, 0.1, len(rows)) @ np.array(rows))
+    variables = free_skeleton(real.body)
+    rows = [m.row for m in invisible_motions(real.body, variables) if m.frame not in (EYE, *ENDS)]
+    other = real.body.with_variables(variables, rng.normal(0, 0.1, len(rows)) @ np.array(rows))
     found = compare(real, other, real.postures(30, rng))
     assert found.prediction < 1e-12
     assert found.axes < 1e-12

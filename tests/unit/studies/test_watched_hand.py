@@ -13,7 +13,7 @@ pytest.importorskip("trimesh")
 
 from bodyschema import lie
 from bodyschema.acting.servoing import Servoing
-from bodyschema.body.kinematics import relative_pose
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation import icub
 from bodyschema.studies.hand_methods import Method
 from bodyschema.studies.hand_movements import LONGEST, SHORTEST, movement, movements_to

@@ -13,7 +13,7 @@ pytest.importorskip("icub_models")
 pytest.importorskip("trimesh")
 
 from bodyschema.acting.servoing import Servoing
-from bodyschema.body.kinematics import relative_pose
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.simulation import icub
 from bodyschema.studies.hand_methods import Method
 from bodyschema.studies.meeting_hands import APART, ARMS, both_offsets, fingertips, meeting

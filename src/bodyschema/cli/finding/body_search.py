@@ -15,9 +15,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.finder import BodyFinder
 from bodyschema.attention.overlay import draw_found
-from bodyschema.imagination.overlay import save_png
-from bodyschema.recording.clip import Clip, Moment
-from bodyschema.recording.video_writer import video_writer
+from bodyschema.sources.clip import Clip, Moment
+from bodyschema.sources.video_writer import video_writer
+from bodyschema.vision.overlay import save_png
 
 Flags = NDArray[np.bool_]
 

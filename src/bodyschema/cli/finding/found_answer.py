@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from bodyschema.attention.body_in_view import BodyInView
-from bodyschema.imagination.overlay import save_png
-from bodyschema.recording.tables import write_table
+from bodyschema.sources.tables import write_table
+from bodyschema.vision.overlay import save_png
 
 Flags = NDArray[np.bool_]
 

@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.camera import Camera
-from bodyschema.body.parameters import Parameters, free_frame, free_joints, join
-from bodyschema.body.tree import Body
 from bodyschema.cli.loading import read_joints, read_robot
 from bodyschema.cli.tracking.track_file import CameraEntry, TrackFile
 from bodyschema.errors import InputError
-from bodyschema.recording.joint_track import LONGEST_GAP, JointTrack
-from bodyschema.recording.recording import TIME_COLUMNS, Recording
-from bodyschema.recording.tables import open_recording
-from bodyschema.recording.video import Video, read_picture
+from bodyschema.model.camera import Camera
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.senses.images import Images, Picture
+from bodyschema.sources.joint_track import LONGEST_GAP, JointTrack
+from bodyschema.sources.recording import TIME_COLUMNS, Recording
+from bodyschema.sources.tables import open_recording
+from bodyschema.sources.video import Video, read_picture
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -91,7 +91,7 @@ class Album:
         )
 
     @property
-    def parameters(self) -> Parameters:
+    def variables(self) -> Variables:
         """What is wanted, with its prior."""
         free = self.run.free
         offsets = free_joints(self.body, ["offsets"], free.joints)

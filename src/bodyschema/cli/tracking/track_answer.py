@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from bodyschema.export.tracked_files import Settled
-    from bodyschema.learning.images.hand_track import HandPose
+    from bodyschema.learners.images.hand_track import HandPose
 
 
 def track_json(
@@ -30,10 +30,10 @@ def track_json(
     fit = settled.fit
     estimate = fit.estimate
     rows = zip(
-        estimate.parameters.names,
+        estimate.variables.names,
         estimate.x.tolist(),
         estimate.std.tolist(),
-        estimate.parameters.units,
+        estimate.variables.units,
         fit.identifiability.open_share.tolist(),
         strict=True,
     )

@@ -58,10 +58,10 @@ from typing import Any
 
 import numpy as np
 
-from bodyschema.body.camera import Camera
 from bodyschema.cli.run_file import JointColumns, entry_of
 from bodyschema.errors import InputError
-from bodyschema.learning.images.doubts import Doubts
+from bodyschema.learners.images.doubts import Doubts
+from bodyschema.model.camera import Camera
 
 
 @dataclass(frozen=True)

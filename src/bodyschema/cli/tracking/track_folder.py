@@ -23,10 +23,10 @@ from bodyschema.atomic import new_folder
 from bodyschema.cli.tracking.album import Album
 from bodyschema.errors import MissingExtraError
 from bodyschema.export.tracked_files import Settled
-from bodyschema.imagination.overlay import overlay, save_png
-from bodyschema.imagination.poses import piece_poses
-from bodyschema.learning.images.hand_track import HandPose
+from bodyschema.learners.images.hand_track import HandPose
 from bodyschema.report.tracking.evidence import OverlayPicture, TrackEvidence
+from bodyschema.vision.overlay import overlay, save_png
+from bodyschema.vision.poses import piece_poses
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -16,9 +16,9 @@ from bodyschema.cli.wrist.payload_file import PayloadFile
 from bodyschema.cli.wrist.pose_columns import check_speed
 from bodyschema.cli.wrist.wrist_columns import WristRecording, read_wrist
 from bodyschema.errors import InputError
-from bodyschema.learning.payload.clock_lag import clock_lag, shifted
-from bodyschema.learning.payload.learner import LoadLearner
-from bodyschema.learning.payload.recorded import Part, PayloadFit, fit_payload
+from bodyschema.learners.payload.clock_lag import clock_lag, shifted
+from bodyschema.learners.payload.learner import LoadLearner
+from bodyschema.learners.payload.recorded import Part, PayloadFit, fit_payload
 from bodyschema.monitoring.held_load import LoadWatch
 from bodyschema.senses.wrench_means import Averaging, WrenchMeans, postures
 from bodyschema.senses.wrist_samples import WristSamples

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.inertia import PHI, Inertia
 from bodyschema.cli.wrist.held_recording import POOR, HeldRecording
 from bodyschema.export.payload import controller_forms
-from bodyschema.learning.payload.learner import com_covariance
-from bodyschema.learning.payload.untold import SIX, moments_covariance, untold
+from bodyschema.learners.payload.learner import com_covariance
+from bodyschema.learners.payload.untold import SIX, moments_covariance, untold
+from bodyschema.model.inertia import PHI, Inertia
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from bodyschema import lie
 from bodyschema.cli.wrist.payload_file import PoseColumns
 from bodyschema.cli.wrist.physical_units import factor
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.recording.recording import UNITS
 from bodyschema.senses.layouts import LAYOUTS, poses_from_columns
+from bodyschema.sources.recording import UNITS
 
 Array = NDArray[np.float64]
 

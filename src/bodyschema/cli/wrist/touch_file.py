@@ -25,11 +25,11 @@ from pathlib import Path
 from typing import Any
 
 from bodyschema import lie
-from bodyschema.body.solid import Solid
-from bodyschema.body.tree import Body
 from bodyschema.cli.run_file import entry_of
 from bodyschema.cli.wrist.payload_file import PayloadFile, read_payload_file
 from bodyschema.errors import InputError
+from bodyschema.model.solid import Solid
+from bodyschema.model.tree import Body
 
 SHAPES = ("box", "cylinder", "ball", "mesh", "link")
 

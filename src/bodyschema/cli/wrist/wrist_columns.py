@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.cli.loading import read_joints, read_robot
 from bodyschema.cli.wrist.payload_file import PayloadFile, VectorColumns
 from bodyschema.cli.wrist.physical_units import (
@@ -25,9 +23,11 @@ from bodyschema.cli.wrist.physical_units import (
 )
 from bodyschema.cli.wrist.pose_columns import pose_columns, tool
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.recording.recording import TIME_COLUMNS, UNITS, Recording
-from bodyschema.recording.tables import open_recording
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 from bodyschema.senses.wrist_samples import WristSamples
+from bodyschema.sources.recording import TIME_COLUMNS, UNITS, Recording
+from bodyschema.sources.tables import open_recording
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -23,8 +23,8 @@ class TrackApplication:
         evidence, settled = self.evidence, self.evidence.settled
         source = str(evidence.run.get("robot") or "")
         edits = urdf_edits(evidence.nominal, described(evidence.nominal, settled.body))
-        parameters = settled.fit.estimate.parameters
-        units = dict(zip(parameters.names, parameters.units, strict=True))
+        variables = settled.fit.estimate.variables
+        units = dict(zip(variables.names, variables.units, strict=True))
         return render(
             "tracking/application.html",
             lost=settled.fit.lost,

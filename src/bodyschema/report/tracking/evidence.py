@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.acting.telling_posture import TellingPosture
-from bodyschema.body.kinematics import relative_pose
-from bodyschema.body.tree import Body
 from bodyschema.export.tracked_files import Settled
-from bodyschema.learning.images.hand_track import HandPose
+from bodyschema.learners.images.hand_track import HandPose
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bodyschema.acting.telling_posture import TellingPosture
-from bodyschema.body.kernels import REVOLUTE
+from bodyschema.model.kernels import REVOLUTE
 from bodyschema.report.page import render
 from bodyschema.report.parameters import parameter_html
 from bodyschema.report.tracking.evidence import TrackEvidence
@@ -62,12 +62,12 @@ class NotTold:
 
     def _gains(self, telling: TellingPosture) -> list[str]:
         """The parameters that would gain most."""
-        parameters = self.evidence.settled.fit.estimate.parameters
+        variables = self.evidence.settled.fit.estimate.variables
         share = telling.then / telling.std
         lines = []
         for i in np.argsort(share)[:MOST_GAINS]:
-            scale, unit = SHOWN[parameters.units[i]]
+            scale, unit = SHOWN[variables.units[i]]
             now, then = (significant(scale * float(s[i]), 2) for s in (telling.std, telling.then))
             if share[i] < GAIN:
-                lines.append(f"{parameters.names[i]} from ± {now} to ± {then} {unit}")
+                lines.append(f"{variables.names[i]} from ± {now} to ± {then} {unit}")
         return lines

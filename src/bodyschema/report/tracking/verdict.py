@@ -44,7 +44,7 @@ class TrackVerdict:
 
     def _explanation(self) -> str:
         evidence, fit = self.evidence, self.evidence.settled.fit
-        names = fit.estimate.parameters.groups
+        names = fit.estimate.variables.groups
         joints = names.count("offsets")
         placed = len({group for group in names if group != "offsets"})
         found = f"{joints} joint offset{'s' * (joints != 1)}"

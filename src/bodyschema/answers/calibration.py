@@ -1,0 +1,112 @@
+"""Calibration: the answer of `calibrate`, in all its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.estimation.clock import ClockCheck
+from bodyschema.estimation.discrepancy import Discrepancy
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.held_out import Errors
+from bodyschema.estimation.identifiability import Identifiability
+from bodyschema.estimation.prediction import PredictedError
+from bodyschema.estimation.solver import Fit
+from bodyschema.model.tree import Body
+
+Array = NDArray[np.float64]
+Verdict = Literal["calibrated", "learned", "only frames", "refused"]
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Held-out errors, over the rows that are no outliers."""
+
+    position: Errors
+    """m."""
+    rotation: Errors | None
+    """rad; None where no pose was seen."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One model that was tried."""
+
+    groups: tuple[str, ...]
+    n_parameters: int
+    score: float
+    """Mean negative log predictive density of a held-out row; lower is better."""
+    behind: float
+    """Mean loss against the best model, in standard errors of the paired difference."""
+    accuracy: Accuracy
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The answer of `calibrate`."""
+
+    verdict: Verdict
+    explanation: str
+    """The verdict in a sentence or two."""
+    fit: Fit
+    groups: tuple[str, ...]
+    """Joint parameter groups that were freed."""
+    candidates: tuple[Candidate, ...]
+    nominal: Accuracy
+    """The robot as modelled, with only the frames placed that nobody knew; see `before`."""
+    held_out: Accuracy
+    """The corrected body alone, on samples that its fit had not seen."""
+    with_field: Accuracy
+    """The corrected body and its residual field (`discrepancy`), likewise held out."""
+    nominal_residuals: tuple[Array, ...]
+    """(n, dimension) a sense: seen minus predicted by the nominal robot, every sample; SI units."""
+    residuals: tuple[Array, ...]
+    """The same for the corrected body alone, held out."""
+    fields: Mapping[str, Discrepancy]
+    """The residual field of each sense, by its label."""
+    predicted: tuple[PredictedError, ...]
+    """Predicted 95 % error of what each sense looks at, over the postures that were seen."""
+    predicted_anywhere: tuple[PredictedError, ...]
+    """The same over postures anywhere within the joint limits."""
+    agreement: float
+    """Share of held-out positions within their predicted 95 % bounds; noise in, outliers out."""
+    identifiability: Identifiability
+    outliers: tuple[int, ...]
+    """Row numbers."""
+    clock: ClockCheck
+    n_rows: int
+    seconds: float
+    learner: str = "batch"
+    """Who found it."""
+    from_nothing: bool = False
+    """The body is a skeleton that was learned from an arrangement; nothing was modelled."""
+
+    @property
+    def before(self) -> str:
+        """What `nominal` is, in words."""
+        return "with markers that stand still" if self.from_nothing else "as modelled"
+
+    @property
+    def after(self) -> str:
+        """What `held_out` is, in words."""
+        corrected = f"{describe_groups(self.groups)} corrected"
+        return "the learned skeleton" if self.from_nothing else corrected
+
+    @property
+    def estimate(self) -> Estimate:
+        """The belief over the parameters."""
+        return self.fit.estimate
+
+    @property
+    def body(self) -> Body:
+        """The corrected body."""
+        return self.fit.estimate.body
+
+
+def describe_groups(groups: Sequence[str]) -> str:
+    """Words for a model."""
+    return "joint " + ", ".join(groups) if groups else "frames only"

@@ -1,0 +1,217 @@
+"""Judgement: which model the held-out samples speak for, and the answer that it gives.
+
+1. Each model is judged by k-fold held-out predictive density; the simplest that the best does not
+   beat by two standard errors is taken, unless the user has chosen.
+2. The chosen model is fitted to all samples, with noise levels and robust weights.
+3. The answer carries held-out errors before and after, what the data cannot tell, outlier rows,
+   a test of the clocks, and whether it is good enough to be written to a robot.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.answers.calibration import (
+    Accuracy,
+    Calibration,
+    Candidate,
+    Verdict,
+    describe_groups,
+)
+from bodyschema.answers.one_pass import Fitting
+from bodyschema.estimation.agreement import within_prediction
+from bodyschema.estimation.clock import check_clock
+from bodyschema.estimation.discrepancy import learn_discrepancy
+from bodyschema.estimation.held_out import Errors, HeldOut, folds_of, held_out, outlier_free, sizes
+from bodyschema.estimation.identifiability import (
+    identifiability,
+    random_postures,
+)
+from bodyschema.estimation.prediction import PredictedError, degrees_of_freedom, predict_error
+from bodyschema.estimation.problem import Problem
+from bodyschema.estimation.solver import Fit
+from bodyschema.senses.sense import Sense
+
+Array = NDArray[np.float64]
+
+ANYWHERE = 200
+"""Postures that stand for a workspace."""
+
+CONVINCING = 2.0
+"""Standard errors by which a larger model must be better to be preferred to a smaller one."""
+
+
+def judged(
+    problem: Problem,
+    fitted: Fitting,
+    models: Sequence[tuple[str, ...]],
+    choose: bool,
+    folds: int,
+    seed: int,
+    progress: Callable[[str], None],
+) -> Calibration:
+    """Test the models on held-out samples and answer with the chosen one, or with the last.
+
+    Args:
+        problem: what is to be found, and from what.
+        fitted: fits a model to samples, frames included.
+        models: groups of joint parameters, simple ones first.
+        choose: by held-out accuracy; otherwise the last model is taken.
+        folds: of the held-out test.
+        seed: of the folds.
+        progress: told what is being done.
+    """
+    begin = time.perf_counter()
+    body, senses = problem.body, problem.senses
+    cut = folds_of(senses, folds, seed)
+
+    def judge(model: Sequence[str], fit: Fitting, roughly: bool, field: bool = False) -> HeldOut:
+        progress(f"{folds}-fold test of {describe_groups(model)}")
+        variables = problem.variables(model, roughly)
+        return held_out(lambda s: fit(variables, s), senses, cut, problem.learner, field)
+
+    tests = {model: judge(model, fitted, True) for model in dict.fromkeys(models)}
+    # The largest model leaves the least geometry in the residuals: it tells outliers and lateness.
+    fullest = fitted(problem.variables(models[-1]), senses)
+    good = outlier_free(senses, fullest, problem.learner.freedom)
+    outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
+    candidates = _candidates(problem, tests, senses, good)
+    chosen = _choose(tests, candidates) if choose else models[-1]
+    modelled = judge((), problem.fit, False)
+    nominal = _accuracy(senses, modelled.residuals, good)
+    final = judge(chosen, fitted, True, field=True)
+    corrected = _accuracy(senses, final.residuals, good)
+    progress("fit to all samples")
+    fit = fullest if chosen == models[-1] else fitted(problem.variables(chosen), senses)
+    anywhere = random_postures(body, ANYWHERE, np.random.default_rng(seed))
+    verdict, explanation = _verdict(chosen, nominal, candidates[0].accuracy, corrected)
+    return Calibration(
+        verdict=verdict,
+        explanation=explanation,
+        fit=fit,
+        groups=chosen,
+        candidates=candidates,
+        nominal=nominal,
+        held_out=corrected,
+        with_field=_accuracy(senses, final.corrected, good),
+        nominal_residuals=modelled.residuals,
+        residuals=final.residuals,
+        fields={
+            sense.label: learn_discrepancy(fit.estimate.body, sense, mask)
+            for sense, mask in zip(senses, good, strict=True)
+        },
+        predicted=tuple(_predicted(fit, senses, s, _some(s.q)) for s in senses),
+        predicted_anywhere=tuple(_predicted(fit, senses, s, anywhere) for s in senses),
+        agreement=_agreement(fit, senses, final.residuals, good, problem.learner.freedom),
+        identifiability=identifiability(fit, senses, seed),
+        outliers=tuple(sorted(outliers)),
+        clock=check_clock(fullest, senses, seed),
+        n_rows=len(final.scores),
+        seconds=time.perf_counter() - begin,
+    )
+
+
+def _predicted(fit: Fit, senses: Sequence[Sense], sense: Sense, q: Array) -> PredictedError:
+    freedom = degrees_of_freedom(fit, senses)
+    return predict_error(fit.estimate, q, sense.seen_from, sense.seen, freedom)
+
+
+def _some(q: Array) -> Array:
+    """At most ANYWHERE postures, evenly spaced."""
+    return np.asarray(q[np.linspace(0, len(q) - 1, min(len(q), ANYWHERE)).astype(int)])
+
+
+def _agreement(
+    fit: Fit,
+    senses: Sequence[Sense],
+    residuals: Sequence[Array],
+    good: Sequence[NDArray[np.bool_]],
+    freedom: float,
+) -> float:
+    inside = [
+        within_prediction(fit.estimate, sense, level, residual, freedom)["position"][mask]
+        for sense, level, residual, mask in zip(senses, fit.levels, residuals, good, strict=True)
+    ]
+    return float(np.mean(np.concatenate(inside)))
+
+
+def _choose(
+    tests: Mapping[tuple[str, ...], HeldOut], candidates: Sequence[Candidate]
+) -> tuple[str, ...]:
+    """The simplest model that the best one does not beat convincingly.
+
+    Models with a larger held-out rms error than the frames alone do not compete.
+    """
+    limit = candidates[0].accuracy.position.rms
+    eligible = [c.groups for c in candidates if c.accuracy.position.rms <= limit]
+    best = min((tests[model] for model in eligible), key=lambda test: float(np.mean(test.scores)))
+    return next(model for model in eligible if _behind(tests[model], best) < CONVINCING)
+
+
+def _behind(test: HeldOut, other: HeldOut) -> float:
+    """Mean excess score of a test over another, in standard errors of the paired difference."""
+    excess = test.scores - other.scores
+    error = float(np.std(excess) / np.sqrt(len(excess)))
+    return float(np.mean(excess)) / error if error > 0 else 0.0
+
+
+def _accuracy(
+    senses: Sequence[Sense], residuals: Sequence[Array], good: Sequence[NDArray[np.bool_]]
+) -> Accuracy:
+    def errors(component: str) -> Array:
+        pairs = zip(senses, residuals, good, strict=True)
+        return np.concatenate([sizes(sense, r[mask], component) for sense, r, mask in pairs])
+
+    rotation = errors("rotation")
+    return Accuracy(Errors.of(errors("position")), Errors.of(rotation) if len(rotation) else None)
+
+
+def _candidates(
+    problem: Problem,
+    tests: Mapping[tuple[str, ...], HeldOut],
+    senses: Sequence[Sense],
+    good: Sequence[NDArray[np.bool_]],
+) -> tuple[Candidate, ...]:
+    best = min(tests.values(), key=lambda test: float(np.mean(test.scores)))
+    return tuple(
+        Candidate(
+            groups=model,
+            n_parameters=len(problem.variables(model)),
+            score=float(np.mean(test.scores)),
+            behind=_behind(test, best),
+            accuracy=_accuracy(senses, test.residuals, good),
+        )
+        for model, test in tests.items()
+    )
+
+
+def _verdict(
+    chosen: tuple[str, ...], nominal: Accuracy, frames: Accuracy, corrected: Accuracy
+) -> tuple[Verdict, str]:
+    """Whether the held-out error speaks for the corrected body.
+
+    Args:
+        chosen: the model that was fitted.
+        nominal: accuracy of the robot as modelled.
+        frames: with the frames alone fitted.
+        corrected: of the corrected body.
+    """
+    before, plain, after = (1e3 * a.position.rms for a in (nominal, frames, corrected))
+    if after > before or (chosen and after > plain):
+        return "refused", (
+            f"Fitting {describe_groups(chosen)} makes the held-out error worse: {after:.2f} mm "
+            f"rms, against {before:.2f} as modelled and {plain:.2f} with the frames alone."
+        )
+    if chosen:
+        return "calibrated", (
+            f"The held-out error falls from {before:.2f} to {after:.2f} mm rms when "
+            f"{describe_groups(chosen)} are corrected."
+        )
+    return "only frames", (
+        f"Correcting the joints does not help: the held-out error is {after:.2f} mm rms with the "
+        "frames placed and the joints left as modelled."
+    )

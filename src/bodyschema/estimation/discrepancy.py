@@ -1,0 +1,133 @@
+"""Discrepancy: what no geometry explains, as a smooth function of the posture.
+
+Real residuals are rarely white: a camera's pose error depends on the view, links bend, encoders
+wobble. The residual of the corrected body is modelled as a Gaussian process over the joints
+(Kennedy and O'Hagan 2001, "Bayesian calibration of computer models"),
+
+    r(q) = f(q) + noise,    cov f(q), f(q') = A^2 (1 + s) exp(-s),   s = sqrt(3) |q - q'| / l
+
+a Matern-3/2 kernel with one length l for the sense, and an amplitude A and a noise N for each of
+its components, all found by maximum marginal likelihood. It corrects predictions between the
+postures that were seen and fades to zero far from them; it cannot be written into a URDF.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.optimize import minimize
+
+from bodyschema.model.tree import Body
+from bodyschema.senses.sense import Sense
+
+Array = NDArray[np.float64]
+
+MOST_SAMPLES = 400
+"""Evenly spaced samples that a field is fitted to; the cost grows with their cube."""
+
+SMALLEST_SIZE = 1e-12
+"""m or rad: exact (simulated) samples must not divide by zero."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """Size and smoothness of a residual field."""
+
+    length: float
+    """rad (m for prismatic joints): how far a posture tells about another."""
+    amplitude: tuple[float, ...]
+    """Size of the field, one for each component of the sense (m, rad)."""
+    noise: tuple[float, ...]
+    """What is left, one for each component (m, rad)."""
+
+
+@dataclass(frozen=True)
+class Discrepancy(Field):
+    """A residual field of one sense, with the samples that it was learned from."""
+
+    q: Array
+    """(n, n_joints)."""
+    coefficients: Array
+    """(n, dimension) K^-1 r."""
+    gain: float
+    """Log marginal likelihood gained over white noise; without enough of it there is no field."""
+
+    def predict(self, q: Array) -> Array:
+        """Expected residual (seen minus predicted) at postures (m, n_joints) -> (m, dimension)."""
+        kernel = matern(q, self.q, self.length)
+        return np.asarray(kernel @ self.coefficients)
+
+
+def learn_discrepancy(body: Body, sense: Sense, good: NDArray[np.bool_]) -> Discrepancy:
+    """Fit a field to the residuals of a corrected body.
+
+    Args:
+        body: the corrected body.
+        sense: the samples that it was corrected with.
+        good: (n,) samples that are no outliers.
+    """
+    rows = np.flatnonzero(good)
+    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_SAMPLES)).astype(int)]
+    kept = sense.take(rows)
+    residual = kept.residual(body)
+    parts = [residual[:, part] for _, _, part in sense.components]
+    sizes = np.array([max(np.sqrt(np.mean(part**2)), SMALLEST_SIZE) for part in parts])
+
+    theta, gain = _most_likely(
+        kept.q, [part / size for part, size in zip(parts, sizes, strict=True)]
+    )
+    # A field has to pay for its parameters (Schwarz 1978), or there is none.
+    found = gain > 0.5 * (1 + len(parts)) * np.log(max(residual.size, 2))
+    amplitude, noise = sizes * np.exp(theta[1::2]), sizes * np.exp(theta[2::2])
+    coefficients = np.zeros_like(residual)
+    if found:
+        kernel = matern(kept.q, kept.q, float(np.exp(theta[0])))
+        for (_, _, part), a, n in zip(sense.components, amplitude, noise, strict=True):
+            K = kernel + (n / a) ** 2 * np.eye(len(kept))
+            coefficients[:, part] = cho_solve(cho_factor(K), residual[:, part])
+    return Discrepancy(
+        length=float(np.exp(theta[0])),
+        amplitude=tuple(float(a) if found else 0.0 for a in amplitude),
+        noise=tuple(float(n) for n in (noise if found else sizes)),
+        q=kept.q,
+        coefficients=coefficients,
+        gain=gain,
+    )
+
+
+def _most_likely(q: Array, parts: Sequence[Array]) -> tuple[Array, float]:
+    """Logarithms of l, then A and N of each part (scaled to size 1), and the likelihood gained."""
+
+    def objective(theta: Array) -> float:
+        kernel = matern(q, q, np.exp(theta[0]))
+        pairs = zip(parts, theta[1::2], theta[2::2], strict=True)
+        return float(sum(_nll(part, kernel, a, n) for part, a, n in pairs))
+
+    start = np.array([0.0, *np.tile(np.log(np.sqrt(0.5)), 2 * len(parts))])
+    bounds = [(-3.0, 2.5), *[(-5.0, 2.0)] * (2 * len(parts))]
+    best = minimize(objective, start, method="L-BFGS-B", bounds=bounds)
+    none = np.zeros((len(q), len(q)))
+    white = sum(_nll(part, none, 0.0, 0.0) for part in parts)
+    return np.asarray(best.x), float(white - best.fun)
+
+
+def matern(q: Array, other: Array, length: float) -> Array:
+    """Matern-3/2 correlation of postures, (m, n_joints) and (n, n_joints) -> (m, n)."""
+    gap = np.linalg.norm(q[:, None] - other[None], axis=2)
+    s = np.sqrt(3.0) * gap / length
+    return np.asarray((1 + s) * np.exp(-s))
+
+
+def _nll(r: Array, kernel: Array, log_amplitude: float, log_noise: float) -> float:
+    """Negative log likelihood of columns r ~ N(0, A^2 kernel + N^2 1), up to a constant."""
+    K = np.exp(2 * log_amplitude) * kernel + np.exp(2 * log_noise) * np.eye(len(r))
+    try:
+        factor = cho_factor(K, lower=True)
+    except LinAlgError:
+        return 1e25
+    logdet = 2 * float(np.sum(np.log(np.diag(factor[0]))))
+    return float(0.5 * (np.sum(r * cho_solve(factor, r)) + r.shape[1] * logdet))

@@ -1,0 +1,138 @@
+"""A calibration problem: which frames are unknown, which joints may be wrong, what was seen.
+
+It refuses what cannot be calibrated before any time is spent, and makes a fit of any model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema.errors import InputError
+from bodyschema.estimation.solver import Fit, Solver
+from bodyschema.model.kernels import PRISMATIC
+from bodyschema.model.kinematics import path_between
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
+from bodyschema.seeds.starts import start_frames
+from bodyschema.senses.poses import Poses
+from bodyschema.senses.sense import Sense
+
+Array = NDArray[np.float64]
+Senses = Sequence[Sense]
+Knowledge = Literal["roughly", "no"]
+
+ROUGHLY = (0.03, 0.2)
+"""m and rad: prior of a frame that is known roughly."""
+
+LEAST_MOTION = 1e-3
+"""rad or m: a recording in which no joint spreads more than this shows one posture."""
+
+TURNS_PLAUSIBLE = 3.0
+"""A revolute reading beyond this many turns, or this far beyond its limits in rad, is no radian."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be calibrated, and with what."""
+
+    body: Body
+    """Nominal body with every frame attached."""
+    senses: tuple[Sense, ...]
+    frames: Mapping[str, Knowledge]
+    """Fixed frames that are free: known "roughly" (their placement is a start) or not at all."""
+    joints: tuple[str, ...]
+    """Joints that may be wrong."""
+    learner: Solver = Solver()  # noqa: RUF009  (frozen settings)
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Frames without a first value."""
+        return tuple(frame for frame, known in self.frames.items() if known == "no")
+
+    def variables(self, groups: Sequence[str], roughly: bool = True) -> Variables:
+        """The parameters of a model: joint groups, unknown frames, and frames known roughly."""
+        parts = [free_joints(self.body, groups, self.joints)]
+        for frame, known in self.frames.items():
+            turns = self._turns(frame)
+            if known == "no":
+                parts.append(free_frame(self.body, frame, turn_std=1.0 if turns else None))
+            elif roughly:
+                parts.append(
+                    free_frame(self.body, frame, ROUGHLY[0], ROUGHLY[1] if turns else None)
+                )
+        return join(*parts)
+
+    def fit(self, variables: Variables, senses: Senses) -> Fit:
+        """Place the unknown frames by closed form, then fit."""
+        body = start_frames(self.body, self.unknown, senses)
+        return self.learner.fit(body, variables, senses)
+
+    def _turns(self, frame: str) -> bool:
+        """Whether anything seen depends on the orientation of a frame."""
+        k = self.body.frame_index(frame)
+        carries = bool(np.any(self.body.parent == k))
+        looks = any(sense.seen_from == frame for sense in self.senses)
+        posed = any(sense.seen == frame and isinstance(sense, Poses) for sense in self.senses)
+        return carries or looks or posed
+
+
+def moved_joints(body: Body, senses: Senses) -> tuple[str, ...]:
+    """Joints that lie between the ends of some sense."""
+    between = set()
+    for sense in senses:
+        path, _ = path_between(body, sense.seen_from, sense.seen)
+        between |= {int(body.driver[k]) for k in path if body.driver[k] >= 0}
+    return tuple(body.joints[j] for j in sorted(between))
+
+
+def check_problem(problem: Problem, groups: Sequence[str], folds: int) -> None:
+    """Refuse a recording that cannot answer the question.
+
+    Raises:
+        InputError: no motion, readings in degrees, or fewer numbers than parameters.
+    """
+    if not problem.senses:
+        raise InputError("nothing was seen: name at least one [[senses]] entry.")
+    labels = [sense.label for sense in problem.senses]
+    twice = sorted({label for label in labels if labels.count(label) > 1})
+    if twice:
+        raise InputError(f"two senses are '{twice[0]}'; join their rows, or attach another frame.")
+    body = problem.body
+    used = [body.joint_index(joint) for joint in moved_joints(body, problem.senses)]
+    q = np.concatenate([sense.q for sense in problem.senses])[:, used]
+    if not used or np.ptp(q, axis=0).max(initial=0.0) < LEAST_MOTION:
+        raise InputError(
+            "all samples show one posture: no joint between the frames moves by more than "
+            f"{LEAST_MOTION:g} rad; record postures that spread over the workspace."
+        )
+    _check_radians(body, used, q)
+    numbers = sum(len(sense) * len(sense.covariance) for sense in problem.senses)
+    rows = len(np.unique(np.concatenate([sense.rows for sense in problem.senses])))
+    needed = len(problem.variables(groups))
+    if numbers * (folds - 1) / folds < needed or rows < folds:
+        raise InputError(
+            f"{rows} samples hold {numbers} numbers, too few for {needed} parameters in {folds} "
+            f"folds; record at least {max(folds, 2 * needed * rows // max(numbers, 1))} postures, "
+            "or free less."
+        )
+
+
+def _check_radians(body: Body, used: Sequence[int], q: Array) -> None:
+    for column, joint in enumerate(used):
+        nodes = np.flatnonzero(body.driver == joint)
+        if (body.kind[nodes] == PRISMATIC).any():
+            continue
+        extreme = q[np.argmax(np.abs(q[:, column])), column]
+        low, high = body.lower[joint], body.upper[joint]
+        beyond = max(low - q[:, column].min(), q[:, column].max() - high)
+        if abs(extreme) > TURNS_PLAUSIBLE * 2 * np.pi or beyond > TURNS_PLAUSIBLE:
+            limits = f"its limits are {low:.2f} to {high:.2f} rad" if low > -np.inf else "no turn"
+            raise InputError(
+                f"joint '{body.joints[joint]}' reads {extreme:.1f} rad where {limits}; if the "
+                'recording is in degrees, set [joints] unit = "deg" (or --joint-unit deg).'
+            )

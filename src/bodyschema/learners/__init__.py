@@ -1,0 +1,1 @@
+"""Learners that go on: recursive, in windows, by several hypotheses."""

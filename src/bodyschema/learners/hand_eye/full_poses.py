@@ -1,0 +1,170 @@
+"""Hand-eye calibration from full poses, without a robot model.
+
+    eye on the hand    T_base_hand X = Y T_target_eye          X = T_hand_eye,    Y = T_base_target
+    eye on the base    T_base_hand X = Y T_eye_target          X = T_hand_target, Y = T_base_eye
+
+Both are A_i X = Y B_i: starts from random fours of pairs (`pair_starts`), then the likeliest of the
+fits that `pose_pairs` refines from them. Streams with clocks of their own are joined by a lag,
+t_hand = t_eye + lag, that maximises the correlation of the angular speeds and is then refined
+together with X and Y.
+
+The eye's lengths may have a scale of their own: a single moving camera has no other, and a target
+printed in another size than was said looks like one. It is free where that raises the logarithm of
+the likelihood by more than half the logarithm of the numbers seen (Schwarz 1978) and `MARGIN`.
+
+Motions that all turn about one axis leave the translation of X along that axis open. The covariance
+says so, and where its largest standard deviation exceeds what the caller accepts, the answer names
+the axis and is not to be trusted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bodyschema import lie
+from bodyschema.errors import InputError
+from bodyschema.learners.hand_eye.pose_pairs import REACH, PairFit, refine
+from bodyschema.seeds.pair_starts import Frames, pair_starts
+
+Array = NDArray[np.float64]
+Mount = Literal["hand", "base"]
+
+FEWEST_PAIRS = 3
+MARGIN = 10.0
+"""What a scale must gain beyond the criterion: noise is never quite what the fit takes it for."""
+
+FEWEST_SCALED = 10
+"""Pairs from which a scale is looked for: fewer leave too little to judge the noise by."""
+
+LEAST_TURN = 0.01
+"""rad: poses that turn less than this from each other show nothing of where the eye is."""
+
+
+@dataclass(frozen=True)
+class HandEye:
+    """Where the eye is, and how sure that is."""
+
+    X: Array
+    """(4, 4) T_hand_eye, or T_hand_target for an eye on the base."""
+    Y: Array
+    """(4, 4) T_base_target, or T_base_eye."""
+    covariance: Array
+    """(12, 12) of the twists (linear, angular) of X in its own frame, then of Y in its own."""
+    scale: float
+    """Measured over metric translations; 1 unless it was free."""
+    noise: Array
+    """(6, 6) covariance of a good pair's residual: position m, rotation rad."""
+    weights: Array
+    """(n,) probability of each pair to be good."""
+    uncertain_axis: Array
+    """(3,) unit, in the hand's frame: where the translation of X is known least."""
+    largest_std: float
+    """m, along that axis."""
+    accepted_std: float
+    """m, what the caller accepts."""
+
+    @property
+    def determined(self) -> bool:
+        """Whether the poses say where the eye is, in every direction."""
+        return self.largest_std <= self.accepted_std
+
+    @property
+    def verdict(self) -> str:
+        """One sentence for people, with the motion that would help."""
+        size = f"{1e3 * self.largest_std:.2g} mm"
+        if self.determined:
+            scaled = (
+                "" if self.scale == 1 else f"; the eye's lengths are {self.scale:.4g} times true"
+            )
+            return f"the translation is known to {size} or better in every direction{scaled}."
+        axis = ", ".join(f"{part:+.2f}" for part in self.uncertain_axis)
+        return (
+            f"the translation along ({axis}) of the hand is not determined (std {size}): the hand "
+            "hardly turned about any other axis; record poses that tilt across this axis too."
+        )
+
+
+def solve_hand_eye(
+    T_base_hand: ArrayLike,
+    T_eye_target: ArrayLike,
+    eye_on: Mount = "hand",
+    free_scale: bool | None = None,
+    accepted_std: float = 0.05,
+    seed: int = 0,
+) -> HandEye:
+    """Solve A X = Y B for pose pairs, some of which may be wrong.
+
+    Args:
+        T_base_hand: (n, 4, 4) from the robot.
+        T_eye_target: (n, 4, 4) from the eye, one for each.
+        eye_on: whether the hand or the base carries the eye.
+        free_scale: the eye's translations have one unknown scale; decided by the data when None.
+        accepted_std: m; above it the translation counts as not determined.
+        seed: of the random starts.
+
+    Raises:
+        InputError: too few pairs, arrays that do not match, or poses that do not turn.
+    """
+    A, T = _poses(T_base_hand, "T_base_hand"), _poses(T_eye_target, "T_eye_target")
+    if len(A) != len(T):
+        raise InputError(f"there are {len(A)} hand poses and {len(T)} target poses; pair them.")
+    if len(A) < FEWEST_PAIRS:
+        raise InputError(f"{len(A)} pose pairs cannot fix two frames; record at least 10.")
+    turns = np.linalg.norm(lie.log_so3(A[0, :3, :3].T @ A[:, :3, :3]), axis=1)
+    if turns.max() < LEAST_TURN:
+        raise InputError(
+            f"the hand turns by {np.rad2deg(turns.max()):.2g} deg at most: without turning, the "
+            "place of the eye cannot be seen; record poses that turn about two axes."
+        )
+    B = lie.inverse(T) if eye_on == "hand" else T
+    starts = pair_starts(A, B, seed)
+    tried: tuple[bool, ...] = (False, True) if len(A) >= FEWEST_SCALED else (False,)
+    tried = tried if free_scale is None else (free_scale,)
+    fits = [_likeliest(A, B, starts, free) for free in tried]
+    gain = fits[-1].likelihood - fits[0].likelihood
+    chosen = fits[-1] if gain > 0.5 * np.log(6 * len(A)) + MARGIN else fits[0]
+    return _answer(chosen, accepted_std)
+
+
+def _likeliest(A: Array, B: Array, starts: list[Frames], free_scale: bool) -> PairFit:
+    fits = [
+        refine(A, B, X, Y, inverted, free_scale) for X, Y in starts for inverted in (False, True)
+    ]
+    return max(fits, key=lambda fit: fit.likelihood)
+
+
+def _poses(values: ArrayLike, name: str) -> Array:
+    T = np.asarray(values, dtype=np.float64)
+    if T.ndim != 3 or T.shape[1:] != (4, 4):
+        raise InputError(f"{name} should have shape (n, 4, 4), it has {T.shape}.")
+    bad = np.flatnonzero(~np.isfinite(T).all(axis=(1, 2)))
+    if len(bad):
+        raise InputError(f"{name} is not finite in row {bad[0]}; drop the {len(bad)} bad rows.")
+    return T
+
+
+def _answer(fit: PairFit, accepted_std: float) -> HandEye:
+    size = len(fit.information)
+    prior = np.zeros(size)
+    prior[:3] = REACH**-2
+    # Y follows X where the poses leave both open; a weak prior keeps the inverse finite.
+    prior[6:9] = (10 * REACH) ** -2
+    covariance = np.linalg.inv(fit.information + np.diag(prior + 1e-9))
+    rotation = fit.X[:3, :3]
+    values, vectors = np.linalg.eigh(rotation @ covariance[:3, :3] @ rotation.T)
+    axis = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
+    return HandEye(
+        fit.X,
+        fit.Y,
+        np.asarray((covariance + covariance.T)[:12, :12] / 2),
+        fit.scale,
+        fit.noise,
+        fit.weights,
+        axis,
+        float(np.sqrt(values[-1])),
+        accepted_std,
+    )

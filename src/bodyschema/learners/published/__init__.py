@@ -1,0 +1,1 @@
+"""Published learners, as printed."""

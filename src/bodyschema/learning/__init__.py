@@ -1,1 +1,0 @@
-"""Learning: from observations to an estimate of the body with honest uncertainty."""

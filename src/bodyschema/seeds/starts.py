@@ -1,0 +1,195 @@
+"""First values for unknown frames, from the samples alone, so that nobody has to guess one.
+
+A sample says  T = X^-1 K(q) Y  where X places `seen_from` on its parent, Y places `seen` on its
+parent and K is the robot's kinematics between those parents. Either or both of X, Y may be unknown:
+
+    poses   both: K Y = X T, A X = X B on relative motions, or the best of many random fours of
+            samples (`pair_starts`), whichever fits the better 40 % of the samples best; one: a mean
+    points  both: alternate point-set alignment (X) and mean (y) from several y; one: closed form
+
+Each closed form is repeated with Cauchy weights on its own residuals, which holds off outliers; the
+fours hold where more than half of the samples are good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema import lie
+from bodyschema.errors import InputError
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.seeds import closed_forms as hand_eye
+from bodyschema.seeds.pair_starts import QUANTILE, pair_starts
+from bodyschema.senses.points import Points
+from bodyschema.senses.poses import Poses
+from bodyschema.senses.sense import Sense
+
+Array = NDArray[np.float64]
+Frames = tuple[Array, Array]
+"""X and Y."""
+
+ROUNDS = 12
+DRAWS = 80
+"""Fours of samples: when half of the samples are bad, five of 80 are good."""
+
+GUESSES = 0.15 * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
+"""m; places of an unknown point on its link from which the alternation begins."""
+
+
+def start_frames(body: Body, unknown: Collection[str], senses: Sequence[Sense]) -> Body:
+    """Place the unknown frames where the samples say, roughly.
+
+    Args:
+        body: nominal body with all frames attached.
+        unknown: fixed frames to be placed; each must be an end of some sense.
+        senses: what was seen.
+
+    Raises:
+        InputError: an unknown frame is at no end of any sense.
+    """
+    open_frames = set(unknown)
+    # Senses with fewer unknown ends first: what they settle is known to the others.
+    waiting = [sense for sense in senses if len(sense)]
+    while open_frames and waiting:
+        waiting.sort(key=lambda s: len(open_frames & {s.seen_from, s.seen}))
+        sense = waiting.pop(0)
+        ends = open_frames & {sense.seen_from, sense.seen}
+        if ends:
+            body = _place(body, sense, sense.seen_from in ends, sense.seen in ends)
+            open_frames -= ends
+    if open_frames:
+        names = ", ".join(sorted(open_frames))
+        raise InputError(f"frame {names} is unknown, but no sense begins or ends in it.")
+    return body
+
+
+def _place(body: Body, sense: Sense, find_x: bool, find_y: bool) -> Body:
+    a, b = body.frame_index(sense.seen_from), body.frame_index(sense.seen)
+    # An end whose placement is known stays inside K; identity then stands for it.
+    left = body.frames[body.parent[a]] if find_x else sense.seen_from
+    right = body.frames[body.parent[b]] if find_y else sense.seen
+    K = relative_pose(body, sense.q, left, right)
+    if isinstance(sense, Poses):
+        X, Y = _from_poses(K, sense.pose, find_x, find_y)
+    elif isinstance(sense, Points):
+        X, Y = _from_points(K, sense.position, find_x, find_y)
+    else:
+        raise InputError(f"{sense.label}: this sense cannot start an unknown frame.")
+    if find_x:
+        body = body.with_placement(sense.seen_from, X)
+    if find_y:
+        body = body.with_placement(sense.seen, Y)
+    return body
+
+
+def _robustly(
+    solve: Callable[[Array], Frames],
+    error: Callable[[Frames], Array],
+    n: int,
+    first: Frames | None = None,
+) -> Frames:
+    """Repeat a weighted closed form; weights 1 / (1 + (e / s)^2), s the median error.
+
+    The first weights are equal, or those of the frames `first`.
+    """
+    weights = np.ones(n)
+    if first is not None:
+        errors = error(first)
+        weights = 1 / (1 + (errors / max(float(np.quantile(errors, QUANTILE)), 1e-12)) ** 2)
+    best, lowest = solve(weights), np.inf
+    for _ in range(ROUNDS):
+        found = solve(weights)
+        errors = error(found)
+        middle = float(np.median(errors))
+        if middle < lowest:
+            best, lowest = found, middle
+        weights = 1 / (1 + (errors / max(middle, 1e-12)) ** 2)
+    return best
+
+
+def _from_poses(K: Array, T: Array, find_x: bool, find_y: bool) -> Frames:
+    identity = np.eye(4)
+
+    def error(frames: Frames) -> Array:
+        X, Y = frames
+        return np.asarray(np.linalg.norm((K @ Y - X @ T)[:, :3], axis=(1, 2)))
+
+    def only_x(w: Array) -> Frames:
+        return hand_eye.mean_transform(K @ lie.inverse(T), w), identity
+
+    def only_y(w: Array) -> Frames:
+        return identity, hand_eye.mean_transform(lie.inverse(K) @ T, w)
+
+    def both(w: Array) -> Frames:
+        return hand_eye.solve_ky_xt(K, T, w)
+
+    if not find_y:
+        return _robustly(only_x, error, len(K))
+    if not find_x:
+        return _robustly(only_y, error, len(K))
+    found = [_robustly(both, error, len(K)), _from_motions(K, T)]
+    for Y, X in pair_starts(K, T, draws=DRAWS)[:1]:
+        found += [(X, Y), _robustly(both, error, len(K), (X, Y))]
+    return min(found, key=lambda frames: float(np.quantile(error(frames), QUANTILE)))
+
+
+def _from_motions(K: Array, T: Array) -> Frames:
+    """A Y = Y B with the motions between each sample and the one half a recording later."""
+    partner = np.roll(np.arange(len(K)), len(K) // 2)
+    A, B = lie.inverse(K) @ K[partner], lie.inverse(T) @ T[partner]
+
+    def solve(w: Array) -> Frames:
+        return np.eye(4), hand_eye.solve_ax_xb(A, B, w)
+
+    def error(frames: Frames) -> Array:
+        Y = frames[1]
+        return np.asarray(np.linalg.norm((A @ Y - Y @ B)[:, :3], axis=(1, 2)))
+
+    _, Y = _robustly(solve, error, len(A))
+    X = hand_eye.mean_transform(K @ Y @ lie.inverse(T), np.ones(len(K)))
+    return X, Y
+
+
+def _from_points(K: Array, p: Array, find_x: bool, find_y: bool) -> Frames:
+    identity = np.eye(4)
+
+    def at(X: Array, w: Array) -> Array:
+        """Mean of the point in the frame that it is fixed to."""
+        local = (lie.inverse(K) @ X @ _homogeneous(p))[:, :3, 0]
+        return lie.transform(np.eye(3), w @ local / w.sum())
+
+    def aligned(Y: Array, w: Array) -> Array:
+        return hand_eye.align_points(p, (K @ Y)[:, :3, 3], w)
+
+    def error(frames: Frames) -> Array:
+        X, Y = frames
+        seen = (X @ _homogeneous(p))[:, :3, 0]
+        return np.asarray(np.linalg.norm((K @ Y)[:, :3, 3] - seen, axis=1))
+
+    if not find_y:
+        return _robustly(lambda w: (aligned(identity, w), identity), error, len(K))
+    if not find_x:
+        return _robustly(lambda w: (identity, at(identity, w)), error, len(K))
+
+    def alternate(guess: Array) -> Frames:
+        state = [lie.transform(np.eye(3), guess)]
+
+        def solve(w: Array) -> Frames:
+            for _ in range(ROUNDS):
+                X = aligned(state[0], w)
+                state[0] = at(X, w)
+            return X, state[0]
+
+        return _robustly(solve, error, len(K))
+
+    found = [alternate(guess) for guess in GUESSES]
+    return min(found, key=lambda frames: float(np.median(error(frames))))
+
+
+def _homogeneous(points: Array) -> Array:
+    """(n, 3) -> (n, 4, 1)."""
+    return np.concatenate([points, np.ones((len(points), 1))], axis=1)[..., None]

@@ -1,0 +1,171 @@
+"""CSV and Parquet tables: `open_recording` reads them, `write_table` writes them."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bodyschema.atomic import new_file
+from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.sources.recording import Recording, beside
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+READERS = (".csv", ".parquet")
+
+
+def open_recording(path: str | Path | Sequence[str | Path]) -> Recording:
+    """Read a recording, or several files whose rows belong together.
+
+    Args:
+        path: a .csv or .parquet file, or a sequence of them.
+
+    Raises:
+        InputError: a file is missing, broken, or of another kind.
+        MissingExtraError: Parquet without the extra `data`.
+    """
+    if isinstance(path, str | Path):
+        return _open_one(Path(path))
+    if not path:
+        raise InputError("no recording was given; name at least one file.")
+    return beside(_open_one(Path(one)) for one in path)
+
+
+def _open_one(path: Path) -> Recording:
+    if not path.is_file():
+        raise InputError(f"no recording at '{path}'; give the path of a CSV or Parquet file.")
+    if path.suffix == ".csv":
+        return _read_csv(path)
+    if path.suffix == ".parquet":
+        return _read_parquet(path)
+    raise InputError(
+        f"'{path}' is of unknown kind '{path.suffix}'; expected {' or '.join(READERS)}."
+    )
+
+
+def _read_csv(path: Path) -> Recording:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            mark = _separator(file.readline(), file.readline())
+            file.seek(0)
+            lines = csv.reader(file, delimiter=mark, skipinitialspace=True)
+            rows = [row for row in lines if row]
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise InputError(f"'{path}' is no readable CSV text: {error}.") from None
+    if len(rows) < 2:
+        raise InputError(f"'{path}' has no data; expected a line of column names, then rows.")
+    header = [name.strip() for name in rows[0]]
+    _refuse_repeated(header, path)
+    for number, row in enumerate(rows[1:]):
+        if len(row) != len(header):
+            raise InputError(
+                f"row {number} of '{path}' has {len(row)} cells where the header names "
+                f"{len(header)}; the file may be cut off."
+            )
+    columns: dict[str, Array] = {}
+    empty: dict[str, Flags] = {}
+    texts = set()
+    for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True):
+        blank = np.array([not cell.strip() for cell in cells])
+        try:
+            columns[name] = np.array([float(cell) if cell.strip() else np.nan for cell in cells])
+        except ValueError:
+            texts.add(name)
+            continue
+        if blank.any():
+            empty[name] = blank
+    return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
+
+
+def _separator(header: str, first: str) -> str:
+    """A comma, or what else cuts a header without commas and the first row into equal counts."""
+    for mark in () if "," in header else (";", "\t", " "):
+        cut = [
+            len(row) for row in csv.reader([header, first], delimiter=mark, skipinitialspace=True)
+        ]
+        if len(cut) == 2 and cut[0] == cut[1] > 1:
+            return mark
+    return ","
+
+
+def _refuse_repeated(header: Sequence[str], path: Path) -> None:
+    repeated = [name for name in header if header.count(name) > 1]
+    if repeated:
+        raise InputError(f"'{path}' has two columns named '{repeated[0]}'; rename one.")
+
+
+def _read_parquet(path: Path) -> Recording:
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise MissingExtraError("pyarrow", "data", f"reading '{path.name}'") from None
+    try:
+        with pq.ParquetFile(path) as file:
+            table = file.read()
+    except (pa.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0].rstrip(".")
+        raise InputError(f"'{path}' is no whole Parquet file: {reason}.") from None
+    _refuse_repeated(table.column_names, path)
+    if not table.num_rows:
+        raise InputError(f"'{path}' has no data; expected named columns with rows.")
+    columns: dict[str, Array] = {}
+    empty: dict[str, Flags] = {}
+    texts = set()
+    for name in table.column_names:
+        column = table.column(name)
+        kind = column.type
+        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
+            texts.add(name)
+            continue
+        blank = column.is_null().to_numpy()
+        # Whole numbers above 2^53, such as ns since 1970, are rounded rather than refused.
+        columns[name] = column.cast(pa.float64(), safe=False).to_numpy().astype(np.float64)
+        if blank.any():
+            empty[name] = blank
+    return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
+
+
+def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
+    """Write columns of equal length to a .csv or .parquet file, whole or not at all.
+
+    Numbers are written so that they read back exactly; NaN is written as an empty cell.
+
+    Raises:
+        InputError: no columns, columns of unequal length or of more than one axis, an unknown kind
+            of file, or an unwritable place.
+    """
+    target = Path(path)
+    arrays = {name: np.asarray(values, dtype=np.float64) for name, values in columns.items()}
+    shapes = sorted({array.shape for array in arrays.values()})
+    if len(shapes) != 1 or len(shapes[0]) != 1:
+        raise InputError(f"columns must be flat and equally long; they have the shapes {shapes}.")
+    if target.suffix not in READERS:
+        raise InputError(f"cannot write '{target}'; expected a name ending in .csv or .parquet.")
+    with new_file(target) as temporary:
+        if target.suffix == ".csv":
+            _write_csv(temporary, arrays)
+        else:
+            _write_parquet(temporary, arrays)
+
+
+def _write_csv(path: Path, arrays: Mapping[str, Array]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(arrays)
+        for row in zip(*arrays.values(), strict=True):
+            writer.writerow(["" if np.isnan(value) else repr(float(value)) for value in row])
+
+
+def _write_parquet(path: Path, arrays: Mapping[str, Array]) -> None:
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise MissingExtraError("pyarrow", "data", f"writing '{path.name}'") from None
+    pq.write_table(pa.table({k: pa.array(v, from_pandas=True) for k, v in arrays.items()}), path)

@@ -1,0 +1,147 @@
+"""Folds, error summaries and the false alarms of the outlier test."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bodyschema import lie
+from bodyschema.estimation.held_out import Errors, folds_of, held_out, outlier_free, sizes
+from bodyschema.estimation.solver import Fit, Solver
+from bodyschema.model.variables import free_joints
+from bodyschema.senses.points import Points
+from bodyschema.senses.sense import Sense
+from simulated import points, poses, postures, seen_arm, spoiled
+
+Array = NDArray[np.float64]
+SENSES = {"points": points, "poses": poses}
+
+
+def two_senses(seed: int = 0) -> list[Sense]:
+    """Points with rows 0 to 29, and poses that share rows 10 to 29 and go on to 39."""
+    rng = np.random.default_rng(seed)
+    body = seen_arm(4, rng)
+    q = postures(40, body, rng)
+    later = poses(body, q[10:], rng)
+    return [points(body, q[:30], rng), replace(later, rows=later.rows + 10)]
+
+
+@pytest.mark.parametrize("folds", [2, 5, 7])
+def test_folds_hold_every_row_once(folds: int) -> None:
+    cut = folds_of(two_senses(), folds, 0)
+    assert len(cut) == folds
+    assert sorted(np.concatenate(cut).tolist()) == list(range(40))
+    assert max(map(len, cut)) - min(map(len, cut)) <= 1
+
+
+def test_folds_depend_on_the_seed_alone() -> None:
+    one, same, other = (folds_of(two_senses(seed), 5, seed // 2) for seed in (0, 1, 2))
+    assert all((a == b).all() for a, b in zip(one, same, strict=True))
+    assert any((a != b).any() for a, b in zip(one, other, strict=True))
+
+
+def test_there_are_no_more_folds_than_rows() -> None:
+    assert len(folds_of([two_senses()[0].take([0, 1, 2])], 5, 0)) == 3
+
+
+def test_no_fit_sees_a_row_that_it_is_judged_on() -> None:
+    """Rows of one moment leave together, whichever sense they belong to."""
+    senses, seen = two_senses(), []
+    body = seen_arm(4, np.random.default_rng(0))
+    learner, variables = Solver(), free_joints(body, ["offsets"])
+
+    def fit(training: Sequence[Sense]) -> Fit:
+        seen.append({int(row) for sense in training for row in sense.rows})
+        return learner.fit(body, variables, training)
+
+    cut = folds_of(senses, 5, 0)
+    test = held_out(fit, senses, cut, learner)
+    assert [set(range(40)) - rows for rows in seen] == [set(fold.tolist()) for fold in cut]
+    assert [r.shape for r in test.residuals] == [(30, 3), (30, 6)]
+    assert test.scores.shape == (40,)
+    assert all((a == b).all() for a, b in zip(test.residuals, test.corrected, strict=True))
+    # About 1 mm a coordinate.
+    assert np.sqrt(np.mean(test.residuals[0] ** 2)) == pytest.approx(1e-3, rel=0.25)
+
+
+def test_scores_prefer_the_body_that_predicts() -> None:
+    rng = np.random.default_rng(1)
+    body = seen_arm(4, rng)
+    offsets = free_joints(body, ["offsets"])
+    truth = body.with_variables(offsets, np.full(4, 0.02))
+    senses = [poses(truth, postures(40, body, rng), rng)]
+    learner, cut = Solver(), folds_of(senses, 5, 0)
+    plain, corrected = (
+        held_out(lambda s, p=p: learner.fit(body, p, s), senses, cut, learner)
+        for p in (free_joints(body, ()), offsets)
+    )
+    assert corrected.scores.mean() < plain.scores.mean() - 3
+
+
+def test_the_residual_field_corrects_what_no_offset_explains() -> None:
+    rng = np.random.default_rng(2)
+    body = seen_arm(3, rng)
+    q = postures(100, body, rng, 1.0)
+    clean = points(body, q, rng)
+    bend = 0.01 * np.sin(q @ [[1.0, 0, 1], [1, 1, 0], [0, -1, 2]])
+    senses = [replace(clean, position=clean.position + bend)]
+    learner, offsets = Solver(), free_joints(body, ["offsets"])
+    cut = folds_of(senses, 4, 0)
+    test = held_out(lambda s: learner.fit(body, offsets, s), senses, cut, learner, field=True)
+    assert np.std(test.corrected[0]) < np.std(test.residuals[0]) / 2
+
+
+def test_errors_are_summarised() -> None:
+    errors = Errors.of(np.array([3.0, 4.0, 0.0, 0.0]))
+    assert (errors.rms, errors.median, errors.max) == (2.5, 1.5, 4.0)
+    assert all(np.isnan([(empty := Errors.of(np.empty(0))).rms, empty.median, empty.max]))
+
+
+def test_sizes_of_a_component() -> None:
+    seen, posed = two_senses()
+    r = np.array([[3.0, 4, 0, 0, 6, 8]])
+    assert sizes(posed, r, "position").tolist() == [5]
+    assert sizes(posed, r, "rotation").tolist() == [10]
+    assert sizes(seen, r[:, :3], "rotation").shape == (0,)
+
+
+@pytest.mark.parametrize("freedom", [4.0, np.inf])
+@pytest.mark.parametrize("sense", SENSES)
+def test_a_clean_recording_seldom_raises_an_alarm(sense: str, freedom: float) -> None:
+    """5 % of recordings where noise is as heavy-tailed as assumed; none where it is normal."""
+    alarms = []
+    for seed in range(80):
+        rng = np.random.default_rng(seed)
+        body = seen_arm(4, rng)
+        seen = SENSES[sense](body, postures(50, body, rng), rng)
+        if np.isfinite(freedom):
+            seen = heavy_tailed(seen, seen.residual(body), freedom, rng)
+        fit = Solver().fit(body, free_joints(body, ["offsets"]), [seen])
+        alarms.append(not outlier_free([seen], fit, 4.0)[0].all())
+    # 4 of 80 are expected; 9 or more have a chance of 1 %.
+    assert sum(alarms) <= (9 if np.isfinite(freedom) else 1)
+
+
+def heavy_tailed(seen: Sense, noise: Array, freedom: float, rng: np.random.Generator) -> Sense:
+    """The samples with their normal noise stretched to Student's t."""
+    stretch = 1 / np.sqrt(rng.chisquare(freedom, len(noise)) / freedom)
+    more = noise * (stretch - 1)[:, None]
+    if isinstance(seen, Points):
+        return replace(seen, position=seen.position + more)
+    R = lie.exp_so3(more[:, 3:]) @ seen.pose[:, :3, :3]
+    return replace(seen, pose=lie.transform(R, seen.pose[:, :3, 3] + more[:, :3]))
+
+
+@pytest.mark.parametrize("sense", SENSES)
+def test_gross_outliers_are_named(sense: str) -> None:
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        body = seen_arm(4, rng)
+        clean = SENSES[sense](body, postures(60, body, rng), rng)
+        seen, bad = spoiled(clean, 0.15, 0.05, rng)
+        fit = Solver().fit(body, free_joints(body, ["offsets"]), [seen])
+        assert (outlier_free([seen], fit, 4.0)[0] == ~bad).all()

@@ -1,0 +1,178 @@
+"""First values: every combination of unknown frames, with gross outliers, from no guess at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bodyschema.errors import InputError
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.tree import Body
+from bodyschema.seeds.starts import start_frames
+from bodyschema.senses.sense import Sense
+from simulated import angle, forgotten, points, poses, postures, random_pose, seen_arm, spoiled
+
+Array = NDArray[np.float64]
+
+SENSES = {"points": points, "poses": poses}
+OUTLIERS, SIZE = 0.15, 0.2
+"""Share of the samples, and m."""
+
+NEAR, TURNED = 0.01, np.deg2rad(1)
+"""m and rad."""
+
+
+def off(found: Body, truth: Body, frame: str) -> tuple[float, float]:
+    """Error of a placement in m and rad."""
+    T, true = (body.placement[body.frame_index(frame)] for body in (found, truth))
+    return float(np.linalg.norm(T[:3, 3] - true[:3, 3])), angle(T, true)
+
+
+def lengths(residual: Array) -> Array:
+    return np.asarray(np.linalg.norm(residual[:, :3], axis=1))
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("unknown", [("tracker",), ("tool",), ("tracker", "tool")])
+@pytest.mark.parametrize("sense", SENSES)
+def test_unknown_frames_are_found_among_outliers(
+    sense: str, unknown: tuple[str, ...], seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    truth = seen_arm(6, rng)
+    seen, _ = spoiled(SENSES[sense](truth, postures(40, truth, rng), rng), OUTLIERS, SIZE, rng)
+    found = start_frames(forgotten(truth, unknown), unknown, [seen])
+    for frame in unknown:
+        shifted, turned = off(found, truth, frame)
+        assert shifted < NEAR, frame
+        # Nobody can see how a point is turned.
+        assert turned < TURNED or (sense, frame) == ("points", "tool")
+    assert np.median(lengths(seen.residual(found))) < 0.01
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_both_frames_are_found_when_half_of_the_poses_are_wrong(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    truth = seen_arm(6, rng)
+    seen = poses(truth, postures(40, truth, rng), rng)
+    bad = rng.choice(40, 20, replace=False)
+    pose = seen.pose.copy()
+    pose[bad] = [random_pose(rng, 1.0) for _ in bad]
+    found = start_frames(
+        forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [replace(seen, pose=pose)]
+    )
+    for frame in ("tracker", "tool"):
+        shifted, turned = off(found, truth, frame)
+        assert shifted < NEAR, frame
+        assert turned < TURNED, frame
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_senses_that_share_a_frame_help_each_other(seed: int) -> None:
+    """Three markers in one tracker, and a wrist camera that sees a board: five unknown frames."""
+    rng = np.random.default_rng(seed)
+    truth = seen_arm(6, rng).attach("camera", "tip", random_pose(rng, 0.1))
+    truth = truth.attach("board", "base", random_pose(rng, 0.6))
+    for k in range(2):
+        truth = truth.attach(f"marker_{k}", "tip", random_pose(rng, 0.1))
+    q = postures(40, truth, rng)
+    senses: list[Sense] = [
+        points(truth, q, rng, seen="marker_0"),
+        points(truth, q, rng, seen="marker_1"),
+        poses(truth, q, rng, seen_from="board", seen="camera"),
+        poses(truth, q, rng, seen_from="tracker", seen="camera"),
+    ]
+    senses = [spoiled(sense, OUTLIERS, SIZE, rng)[0] for sense in senses]
+    unknown = ("tracker", "board", "camera", "marker_0", "marker_1")
+    found = start_frames(forgotten(truth, unknown), unknown, senses)
+    for frame in unknown:
+        shifted, turned = off(found, truth, frame)
+        assert shifted < NEAR, frame
+        assert turned < TURNED or frame.startswith("marker")
+
+
+@pytest.mark.parametrize("seed", [23, 28, 31, 32])
+def test_small_motions_of_a_far_point_do_not_end_in_a_wrong_place(seed: int) -> None:
+    """Half a metre from its link and half a radian a joint: one first guess would not do."""
+    rng = np.random.default_rng(seed)
+    arm = Body.random_chain(6, rng).attach("tracker", "base", random_pose(rng, 1.0))
+    truth = arm.attach("tool", "tip", random_pose(rng, 0.5))
+    seen, _ = spoiled(points(truth, postures(40, truth, rng, 0.5), rng), OUTLIERS, SIZE, rng)
+    found = start_frames(forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [seen])
+    assert np.median(lengths(seen.residual(found))) < 0.003
+
+
+def test_a_sense_that_settles_a_frame_comes_before_one_that_needs_it() -> None:
+    """Two points cannot place tracker and marker; with the tracker known, they place the marker."""
+    rng = np.random.default_rng(0)
+    truth = seen_arm(6, rng).attach("marker", "tip", random_pose(rng, 0.1))
+    q = postures(30, truth, rng)
+    few, many = points(truth, q[:2], rng, seen="marker"), poses(truth, q, rng)
+    unknown = ("tracker", "marker")
+    found = start_frames(forgotten(truth, unknown), unknown, [few, many])
+    assert max(off(found, truth, "tracker")) < NEAR
+    assert off(found, truth, "marker")[0] < NEAR
+
+
+@pytest.mark.parametrize("sense", SENSES)
+def test_a_slightly_wrong_arm_still_gives_a_start(sense: str) -> None:
+    """Joint offsets of 30 mrad are left to the fit; the start must not fail over them."""
+    rng = np.random.default_rng(0)
+    truth = seen_arm(6, rng)
+    wrong = np.linspace(-0.03, 0.03, 6)
+    seen = SENSES[sense](truth, postures(40, truth, rng) + wrong, rng)
+    seen, _ = spoiled(seen, OUTLIERS, SIZE, rng)
+    found = start_frames(forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [seen])
+    assert off(found, truth, "tracker")[0] < 0.06
+    assert off(found, truth, "tool")[0] < 0.06
+    assert np.median(lengths(seen.residual(found))) < 0.03
+
+
+def test_known_frames_stay_where_they_are() -> None:
+    rng = np.random.default_rng(1)
+    truth = seen_arm(5, rng)
+    seen = poses(truth, postures(20, truth, rng), rng)
+    found = start_frames(forgotten(truth, ["tool"]), ["tool"], [seen])
+    assert off(found, truth, "tracker") == (0.0, pytest.approx(0.0, abs=1e-7))
+    assert (start_frames(truth, (), [seen]).placement == truth.placement).all()
+
+
+def test_a_frame_in_the_middle_of_the_chain_is_found() -> None:
+    """The tracker sits on a moving link and looks at the tool."""
+    rng = np.random.default_rng(2)
+    arm = Body.random_chain(6, rng)
+    truth = arm.attach("tracker", "link_2", random_pose(rng)).attach(
+        "tool", "tip", random_pose(rng)
+    )
+    seen = poses(truth, postures(30, truth, rng), rng)
+    found = start_frames(forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [seen])
+    assert max(off(found, truth, "tracker") + off(found, truth, "tool")) < 0.01
+
+
+def test_exact_samples_give_exact_frames() -> None:
+    rng = np.random.default_rng(3)
+    truth = seen_arm(6, rng)
+    seen = poses(truth, postures(20, truth, rng), rng, (0.0, 0.0))
+    found = start_frames(forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [seen])
+    T = relative_pose(found, seen.q, "tracker", "tool")
+    assert pytest.approx(seen.pose, abs=1e-9) == T
+
+
+def test_an_unknown_frame_that_nothing_sees_is_refused() -> None:
+    rng = np.random.default_rng(4)
+    body = seen_arm(4, rng)
+    seen = points(body, postures(10, body, rng), rng)
+    with pytest.raises(InputError, match="frame tip is unknown, but no sense begins or ends in it"):
+        start_frames(body, ["tool", "tip"], [seen])
+
+
+def test_a_sense_that_is_neither_points_nor_poses_is_refused() -> None:
+    rng = np.random.default_rng(5)
+    body = seen_arm(4, rng)
+    seen = points(body, postures(3, body, rng), rng)
+    other = Sense(seen.time, seen.q, "tracker", "tool", seen.covariance, seen.rows)
+    with pytest.raises(InputError, match="cannot start an unknown frame"):
+        start_frames(body, ["tool"], [other])
