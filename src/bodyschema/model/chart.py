@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.model.kernels import AXIS, GEAR, LINK, OFFSET, TURN, kernel
+from bodyschema.model.kernels import AXIS, GEAR, LINK, OFFSET, PART, TURN, kernel
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -79,12 +79,14 @@ def deviate(
     """Turn the reference into the body at x, in place, and fill direction (n_parameters, 3).
 
     `direction[p]` is the derivative of the axis, link or turn with respect to x[p], in the frame
-    that `kernels.parameter_twist` expects; zero for offsets and gears.
+    that `kernels.parameter_twist` expects; zero for offsets, gears and parts.
     """
     frames = axis.shape[0]
     local = np.zeros((frames, 3))
     seen = np.zeros(frames, np.int64)
     for p in range(code.shape[0]):
+        if code[p] >= PART:
+            continue
         k, c = index[p], component[p]
         if code[p] == OFFSET:
             offset[k] += x[p]

@@ -24,6 +24,8 @@ Ints = NDArray[np.int64]
 
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
 OFFSET, GEAR, AXIS, LINK, TURN = 0, 1, 2, 3, 4
+PART = 5
+"""Codes from here on belong to parts of the model that move no frame: kernels leave zeros."""
 
 
 def kernel(function: Any) -> Any:
@@ -246,7 +248,8 @@ def relative_pose_derivatives(
     theta (n, n_frames) are the joint values at the nodes, q (n, n_joints) the encoder readings;
     pose (n, 4, 4); by_joint (n, 6, n_joints), with respect to the true joint values;
     by_parameter (n, 6, n_parameters). `code`, `index` and `direction` describe the parameters:
-    `index` is a joint for OFFSET and GEAR, else a node. The outputs must come in as zeros.
+    `index` is a joint for OFFSET and GEAR, else a node; codes from PART on are left out. The
+    outputs must come in as zeros.
     """
     steps = path.shape[0]
     joint, before = np.empty((steps, 4, 4)), np.empty((steps, 4, 4))
@@ -258,6 +261,8 @@ def relative_pose_derivatives(
         walk(path, climbed, kind, axis, placement, theta[n], joint, before, pose[n])
         joint_twists(path, climbed, kind, axis, joint, pose[n], driver, rate, by_joint[n])
         for p in range(code.shape[0]):
+            if code[p] >= PART:
+                continue
             k = index[p]
             if code[p] == OFFSET or code[p] == GEAR:
                 scale = 1.0 if code[p] == OFFSET else q[n, k]

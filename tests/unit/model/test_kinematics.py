@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,17 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.model.kernels import AXIS, FIXED, GEAR, LINK, OFFSET, PRISMATIC, REVOLUTE, TURN
+from bodyschema.model.kernels import (
+    AXIS,
+    FIXED,
+    GEAR,
+    LINK,
+    OFFSET,
+    PART,
+    PRISMATIC,
+    REVOLUTE,
+    TURN,
+)
 from bodyschema.model.kinematics import (
     frame_jacobian,
     frame_poses,
@@ -156,6 +167,24 @@ def test_what_is_not_on_the_path_does_not_matter(body: Body, variables: Variable
     on_path = [name.split(".")[0] in ("neck_joint", "camera") for name in variables.names]
     assert (D.by_parameter[:, np.logical_not(on_path)] == 0).all()
     assert (np.abs(D.by_parameter[:, on_path]).max(axis=0) > 0).all()
+
+
+def test_parts_move_no_frame(body: Body, variables: Variables) -> None:
+    x, q = deviation(variables, 0.5), posture(body)
+    with_parts = join(
+        variables,
+        replace(free_frame(body.attach("eye", "neck"), "eye"), code=np.arange(PART, PART + 6)),
+    )
+    longer = np.append(x, np.arange(6.0))
+    D = relative_pose_derivatives(body, variables, x, q, "camera", "tool")
+    E = relative_pose_derivatives(body, with_parts, longer, q, "camera", "tool")
+    assert (E.pose == D.pose).all()
+    assert (E.by_parameter[:, : len(variables)] == D.by_parameter).all()
+    assert (E.by_parameter[:, len(variables) :] == 0).all()
+    assert (
+        body.with_variables(with_parts, longer).placement
+        == body.with_variables(variables, x).placement
+    ).all()
 
 
 def test_batches_equal_singles(body: Body, variables: Variables) -> None:
