@@ -10,8 +10,8 @@ import numpy as np
 
 import bodyschema as bs
 from bodyschema import lie
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.problem import Problem, moved_joints
-from bodyschema.estimation.solver import Fit
 from bodyschema.model.kinematics import relative_pose
 
 NOISE = (1e-3, 5e-3)
@@ -86,7 +86,7 @@ class Arm:
         T[wrong, :3, 3] += rng.uniform(-WRONG_MATCH, WRONG_MATCH, size=(int(wrong.sum()), 3))
         return bs.Poses.make(q, T, "tracker", "marker")
 
-    def fit(self, seen: bs.Poses) -> Fit:
+    def fit(self, seen: bs.Poses) -> Estimate:
         """Joint offsets from nothing but the nominal robot and what was seen."""
         problem = Problem(self.body, (seen,), {"tracker": "no", "marker": "no"}, self.joints)
         return problem.fit(problem.variables(("offsets",)), [seen])

@@ -27,8 +27,8 @@ from arms import ARMS
 from bodyschema import lie
 from bodyschema.acting.candidates import Candidates, find_candidates
 from bodyschema.acting.next_poses import plan_poses
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.problem import Problem
-from bodyschema.estimation.solver import Fit
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.senses.sense import Sense, concatenate
 from recordings import DATA, FULL, fr3, link8_error
@@ -77,16 +77,16 @@ class Simulated:
         T[:, :3, :3] = lie.exp_so3(STD[1] * self.rng.normal(size=(len(q), 3))) @ T[:, :3, :3]
         return bs.Poses.make(q, T, "tracker", "marker", STD)
 
-    def fit(self, sense: Sense) -> Fit:
+    def fit(self, sense: Sense) -> Estimate:
         """Calibrate from it."""
         problem = Problem(self.body, (sense,), UNKNOWN, self.joints)  # type: ignore[arg-type]
         return problem.fit(problem.variables(self.groups), [sense])
 
-    def error(self, fit: Fit) -> float:
+    def error(self, fit: Estimate) -> float:
         """True mean squared tool error in the test postures, mm^2."""
         found, true = (
             relative_pose(body, self.test, "tracker", "marker")[:, :3, 3]
-            for body in (fit.estimate.body, self.truth)
+            for body in (fit.body, self.truth)
         )
         return float(1e6 * np.mean(np.sum((found - true) ** 2, axis=1)))
 
@@ -102,8 +102,8 @@ def plan_ratio(name: str, seeds: int, groups: Sequence[str] = ("offsets",)) -> d
         fit = world.fit(seen)
         start.append(world.error(fit))
         begin = time.perf_counter()
-        candidates = find_candidates(fit.estimate.body, [seen], 4000, world.rng, anywhere=True)
-        plan = plan_poses(fit.estimate, [seen], ADDED, candidates=candidates)
+        candidates = find_candidates(fit.body, [seen], 4000, world.rng, anywhere=True)
+        plan = plan_poses(fit, [seen], ADDED, candidates=candidates)
         seconds.append(time.perf_counter() - begin)
         for _ in range(REPEATS):
             planned.append(world.error(world.fit(concatenate([seen, world.observe(plan.q)]))))
@@ -145,16 +145,14 @@ def fr3_choice(data: Path, draws: int, begin: int = 6, total: int = 20) -> dict[
         fit = problem.fit(variables, [whole.take(first)])
         seen = np.ones((len(rest), 1), dtype=bool)
         candidates = Candidates(q[rest], seen, q, body.joints)
-        plan = plan_poses(
-            fit.estimate, [whole.take(first)], total - begin, candidates=candidates, seed=seed
-        )
+        plan = plan_poses(fit, [whole.take(first)], total - begin, candidates=candidates, seed=seed)
         chosen = [int(rest[np.argmin(np.abs(q[rest] - p).sum(axis=1))]) for p in plan.q]
         sets = {"planned": chosen, "random": rest[: total - begin]}
         used = np.concatenate([first, *sets.values()])
         left = np.setdiff1d(np.arange(len(q)), used)
         for name, rows in sets.items():
             learned = problem.fit(variables, [whole.take(np.concatenate([first, rows]))])
-            predicted = relative_pose(learned.estimate.body, q[left], "board", "camera")
+            predicted = relative_pose(learned.body, q[left], "board", "camera")
             errors[name].append(float(np.mean(link8_error(predicted, pose[left]) ** 2)))
     rms = {name: float(np.sqrt(np.mean(values))) for name, values in errors.items()}
     better = np.mean(np.array(errors["planned"]) < np.array(errors["random"]))

@@ -41,9 +41,9 @@ import markerless
 from bodyschema import lie
 from bodyschema.answers.one_pass import BURN_IN, Fitting, LearnerName, fitting
 from bodyschema.estimation.discrepancy import learn_discrepancy
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import folds_of, held_out, outlier_free
 from bodyschema.estimation.problem import Knowledge, Problem
-from bodyschema.estimation.solver import Fit
 from bodyschema.learners.hand_eye.full_poses import solve_hand_eye
 from bodyschema.learners.hand_eye.pose_streams import join_streams
 from bodyschema.learners.learner import run
@@ -135,9 +135,9 @@ def fr3_batch(data: Path, size: float) -> tuple[Score, Score]:
         problem = Problem(body, (sense,), {"board": "no", "camera": "no"}, body.joints)
         fit = problem.fit(problem.variables(FULL), [sense])
         good = outlier_free([sense], fit, problem.learner.freedom)[0]
-        field = learn_discrepancy(fit.estimate.body, sense, good)
+        field = learn_discrepancy(fit.body, sense, good)
         seconds.append(time.perf_counter() - begin)
-        predicted = relative_pose(fit.estimate.body, q[fold], "board", "camera")
+        predicted = relative_pose(fit.body, q[fold], "board", "camera")
         alone[fold] = link8_error(predicted, pose[fold])
         residual = field.predict(q[fold])
         predicted[:, :3, 3] += residual[:, :3]
@@ -207,7 +207,7 @@ def talos_online(data: Path) -> dict[str, dict[str, float]]:
     frames: dict[str, Knowledge] = {"tracker": "no", "point": "no"}
     problem = Problem(body, (sense,), frames, body.joints)
 
-    def begun(variables: bs.Variables, senses: Sequence[Sense]) -> Fit:
+    def begun(variables: bs.Variables, senses: Sequence[Sense]) -> Estimate:
         return problem.fit(variables, [senses[0].take(range(BURN_IN))])
 
     fits = {name: (fitting(problem, learner), free) for name, (learner, free) in ONLINE.items()}

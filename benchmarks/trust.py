@@ -47,8 +47,8 @@ def coverage(arm: arms.Arm, share: float, count: int, seeds: int) -> float:
         seen = arm.record(truth, count, share, rng)
         fit = arm.fit(seen)
         q = arm.postures(100, rng)
-        said = predict_error(fit.estimate, q, "tracker", "marker", degrees_of_freedom(fit, [seen]))
-        inside.append(arm.error(fit.estimate.body, truth, q) < said.position)
+        said = predict_error(fit, q, "tracker", "marker", degrees_of_freedom(fit, [seen]))
+        inside.append(arm.error(fit.body, truth, q) < said.position)
     return float(np.mean(inside))
 
 
@@ -61,9 +61,9 @@ def fr3_coverage(data: Path) -> float:
         training, unseen = seen.take(np.setdiff1d(np.arange(len(q)), fold)), seen.take(fold)
         problem = Problem(body, (training,), {"board": "no", "camera": "no"}, body.joints)
         fit = problem.fit(problem.variables(recordings.FULL), [training])
-        residual = unseen.residual(fit.estimate.body)
+        residual = unseen.residual(fit.body)
         freedom = problem.learner.freedom
-        told = within_prediction(fit.estimate, unseen, fit.levels[0], residual, freedom)
+        told = within_prediction(fit, unseen, fit.levels[0], residual, freedom)
         inside.append(told["position"])
     return float(np.mean(np.concatenate(inside)))
 
@@ -95,9 +95,9 @@ def check(arm: arms.Arm, fault: str, size: float, seeds: int) -> dict[str, float
         seen = arm.record(truth, 60, 0.05, rng)
         fit = arm.fit(seen)
         good = outlier_free([seen], fit, 4.0)[0]
-        fields = {seen.label: learn_discrepancy(fit.estimate.body, seen, good)}
+        fields = {seen.label: learn_discrepancy(fit.body, seen, good)}
         after, part = changed(arm, truth, fault, size, rng)
-        answer = detect_change(fit.estimate, [arm.record(after, 30, 0.05, rng)], fields)
+        answer = detect_change(fit, [arm.record(after, 30, 0.05, rng)], fields)
         detected.append(answer.changed)
         blamed.append(part in {suspect.part for suspect in answer.suspects})
     return {"detected": float(np.mean(detected)), "blamed": float(np.mean(blamed))}

@@ -43,7 +43,7 @@ def true_error(seed: int, n: int, groups: list[str]) -> float:
         bs.free_frame(arm, "marker", turn_std=None),
     )
     started = start_frames(arm, ["tracker", "marker"], [points])
-    found = bs.Solver().fit(started, free, [points]).estimate.body
+    found = bs.Solver().fit(started, free, [points]).body
     work = rng.uniform(-1.5, 1.5, (200, 6))
     miss = [relative_pose(body, work, "tracker", "marker")[:, :3, 3] for body in (found, truth)]
     return 1e3 * float(np.sqrt(np.mean(np.sum((miss[0] - miss[1]) ** 2, axis=1))))

@@ -48,7 +48,7 @@ def trial(sense: str, outliers: float, scale: float, seed: int) -> Trial:
     seen, _ = spoiled(seen, outliers, 0.2, rng)
     fit = Solver().fit(nominal, variables, [seen])
     assert fit.converged
-    estimate, fresh = fit.estimate, postures(20, truth, rng)
+    estimate, fresh = fit, postures(20, truth, rng)
     ends = ("tracker", "tool")
     D = relative_pose_derivatives(nominal, variables, estimate.x, fresh, *ends)
     J = D.by_parameter[:, :3]
@@ -92,8 +92,7 @@ def test_the_body_is_found_without_a_guess_of_the_frames(sense: str) -> None:
         fit = problem.fit(problem.variables(["offsets"]), [seen])
         fresh = postures(50, truth, rng)
         found, true = (
-            relative_pose(body, fresh, "tracker", "tool")[:, :3, 3]
-            for body in (fit.estimate.body, truth)
+            relative_pose(body, fresh, "tracker", "tool")[:, :3, 3] for body in (fit.body, truth)
         )
         assert rms(found - true) < 1.5e-3
         assert fit.weights[0][bad].max() < 0.01

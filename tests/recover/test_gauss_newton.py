@@ -63,7 +63,7 @@ def test_one_pass_from_unknown_frames_is_as_good_as_the_batch(sense: str) -> Non
         learner = Filter(unknown=problem.unknown)
         state = learned(learner, learner.start(blind, variables), [seen])
         recursive.append(tool_error(state.estimate.body, truth, rng))
-        batch.append(tool_error(problem.fit(variables, [seen]).estimate.body, truth, rng))
+        batch.append(tool_error(problem.fit(variables, [seen]).body, truth, rng))
     assert np.sqrt(np.mean(np.square(recursive))) < 1.1 * np.sqrt(np.mean(np.square(batch)))
     assert np.max(np.array(recursive) / batch) < 1.5
 
@@ -81,8 +81,8 @@ def test_gaussian_steps_equal_the_gaussian_batch_where_the_body_is_nearly_linear
     batch = Solver(np.inf, learn_levels=False).fit(nominal, variables, [seen])
     learner = Filter(freedom=np.inf)
     state = learned(learner, started(nominal, variables, seen), [seen])
-    std = batch.estimate.std
-    assert (np.abs(state.x - batch.estimate.x) < 0.03 * std).all()
+    std = batch.std
+    assert (np.abs(state.x - batch.x) < 0.03 * std).all()
     assert state.estimate.std == pytest.approx(std, rel=0.02)
     assert state.levels[seen.label][0] == pytest.approx(batch.levels[0], rel=1e-6)
 
@@ -102,7 +102,7 @@ def test_a_moving_estimate_does_not_make_the_learner_sure_of_what_it_cannot_see(
         seen = SENSES[sense](truth, postures(100, truth, rng), rng)
         learner = Filter()
         estimate = learned(learner, learner.start(nominal, variables), [seen]).estimate
-        batch = Solver().fit(nominal, variables, [seen]).estimate
+        batch = Solver().fit(nominal, variables, [seen])
         assert (estimate.std > 0.8 * batch.std).all()
         squares.append(np.mean(((estimate.x - x) / estimate.std) ** 2))
     assert np.mean(squares) < 1.5

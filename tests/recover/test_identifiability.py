@@ -10,9 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability, identifiability, random_postures
 from bodyschema.estimation.normal_equations import fisher_share, level_rows, whiten
-from bodyschema.estimation.solver import Fit, Solver
+from bodyschema.estimation.solver import Solver
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.senses.sense import Sense
@@ -34,9 +35,9 @@ def told(body: Body, variables: Variables, senses: Sequence[Sense]) -> Identifia
     return found
 
 
-def stacked(fit: Fit, senses: Sequence[Sense]) -> Array:
+def stacked(fit: Estimate, senses: Sequence[Sense]) -> Array:
     """(numbers, n_parameters) whitened Jacobian, weighted as in the fit."""
-    estimate, rows = fit.estimate, []
+    estimate, rows = fit, []
     for sense, level, weight in zip(senses, fit.levels, fit.weights, strict=True):
         part = whiten(sense, estimate.reference, estimate.variables, estimate.x)
         root = np.sqrt(weight * fisher_share(4.0, part.residual.shape[1]))

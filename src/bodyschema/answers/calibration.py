@@ -15,7 +15,6 @@ from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import Errors
 from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.estimation.prediction import PredictedError
-from bodyschema.estimation.solver import Fit
 from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
@@ -52,7 +51,7 @@ class Calibration:
     verdict: Verdict
     explanation: str
     """The verdict in a sentence or two."""
-    fit: Fit
+    fit: Estimate
     groups: tuple[str, ...]
     """Joint parameter groups that were freed."""
     candidates: tuple[Candidate, ...]
@@ -99,12 +98,12 @@ class Calibration:
     @property
     def estimate(self) -> Estimate:
         """The belief over the parameters."""
-        return self.fit.estimate
+        return self.fit
 
     @property
     def body(self) -> Body:
         """The corrected body."""
-        return self.fit.estimate.body
+        return self.fit.body
 
 
 def describe_groups(groups: Sequence[str]) -> str:

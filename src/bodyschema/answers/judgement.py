@@ -26,6 +26,7 @@ from bodyschema.answers.one_pass import Fitting
 from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.clock import check_clock
 from bodyschema.estimation.discrepancy import learn_discrepancy
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import Errors, HeldOut, folds_of, held_out, outlier_free, sizes
 from bodyschema.estimation.identifiability import (
     identifiability,
@@ -33,7 +34,6 @@ from bodyschema.estimation.identifiability import (
 )
 from bodyschema.estimation.prediction import PredictedError, degrees_of_freedom, predict_error
 from bodyschema.estimation.problem import Problem
-from bodyschema.estimation.solver import Fit
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
@@ -101,7 +101,7 @@ def judged(
         nominal_residuals=modelled.residuals,
         residuals=final.residuals,
         fields={
-            sense.label: learn_discrepancy(fit.estimate.body, sense, mask)
+            sense.label: learn_discrepancy(fit.body, sense, mask)
             for sense, mask in zip(senses, good, strict=True)
         },
         predicted=tuple(_predicted(fit, senses, s, _some(s.q)) for s in senses),
@@ -115,9 +115,9 @@ def judged(
     )
 
 
-def _predicted(fit: Fit, senses: Sequence[Sense], sense: Sense, q: Array) -> PredictedError:
+def _predicted(fit: Estimate, senses: Sequence[Sense], sense: Sense, q: Array) -> PredictedError:
     freedom = degrees_of_freedom(fit, senses)
-    return predict_error(fit.estimate, q, sense.seen_from, sense.seen, freedom)
+    return predict_error(fit, q, sense.seen_from, sense.seen, freedom)
 
 
 def _some(q: Array) -> Array:
@@ -126,14 +126,14 @@ def _some(q: Array) -> Array:
 
 
 def _agreement(
-    fit: Fit,
+    fit: Estimate,
     senses: Sequence[Sense],
     residuals: Sequence[Array],
     good: Sequence[NDArray[np.bool_]],
     freedom: float,
 ) -> float:
     inside = [
-        within_prediction(fit.estimate, sense, level, residual, freedom)["position"][mask]
+        within_prediction(fit, sense, level, residual, freedom)["position"][mask]
         for sense, level, residual, mask in zip(senses, fit.levels, residuals, good, strict=True)
     ]
     return float(np.mean(np.concatenate(inside)))

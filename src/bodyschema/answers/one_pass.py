@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import Literal
 
@@ -30,7 +31,7 @@ from bodyschema.estimation.normal_equations import (
     whitened_residual,
 )
 from bodyschema.estimation.problem import Problem
-from bodyschema.estimation.solver import Fit, first_levels, named_levels
+from bodyschema.estimation.solver import first_levels, named_levels
 from bodyschema.learners.filter import Filter, merge
 from bodyschema.learners.learner import in_time_order, run
 from bodyschema.learners.published.online_gradient import OnlineGradient
@@ -44,7 +45,7 @@ from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 Senses = Sequence[Sense]
-Fitting = Callable[[Variables, Senses], Fit]
+Fitting = Callable[[Variables, Senses], Estimate]
 LearnerName = Literal["batch", "gauss-newton", "smoother", "online-gradient", "pool"]
 
 BURN_IN = 12
@@ -71,7 +72,7 @@ def fitting(problem: Problem, learner: LearnerName) -> Fitting:
     return problem.fit
 
 
-def _gauss_newton(problem: Problem, variables: Variables, senses: Senses) -> Fit:
+def _gauss_newton(problem: Problem, variables: Variables, senses: Senses) -> Estimate:
     n = sum(len(sense) for sense in senses)
     learner = Filter(problem.unknown, min(BURN_IN, n), problem.learner.freedom)
     steps = run(learner, learner.start(problem.body, variables), senses)
@@ -84,10 +85,12 @@ def _gauss_newton(problem: Problem, variables: Variables, senses: Senses) -> Fit
     )
     body = state.estimate.body
     there = fit_at(problem, state.reference, body, variables, senses)
-    return Fit(state.estimate, levels, weights, n, there.converged)
+    return replace(
+        state.estimate, levels=levels, weights=weights, iterations=n, converged=there.converged
+    )
 
 
-def _smoother(problem: Problem, variables: Variables, senses: Senses) -> Fit:
+def _smoother(problem: Problem, variables: Variables, senses: Senses) -> Estimate:
     begun = _begun(problem, senses)
     learner = Smoother()
     steps = run(learner, learner.start(begun.reference, variables), senses)
@@ -95,7 +98,7 @@ def _smoother(problem: Problem, variables: Variables, senses: Senses) -> Fit:
     return fit_at(problem, begun.reference, state.estimate.body, variables, senses)
 
 
-def _online_gradient(problem: Problem, variables: Variables, senses: Senses) -> Fit:
+def _online_gradient(problem: Problem, variables: Variables, senses: Senses) -> Estimate:
     begun = _begun(problem, senses)
     learner = OnlineGradient(GRADIENT_STEP, "normalised")
     steps = run(learner, learner.start(begun.body, _vectors(variables)), senses)
@@ -103,7 +106,7 @@ def _online_gradient(problem: Problem, variables: Variables, senses: Senses) -> 
     return fit_at(problem, begun.reference, state.body, variables, senses)
 
 
-def _pool(problem: Problem, variables: Variables, senses: Senses) -> Fit:
+def _pool(problem: Problem, variables: Variables, senses: Senses) -> Estimate:
     begun = _begun(problem, senses)
     body = pooled(begun.body, _vectors(variables), senses)
     return fit_at(problem, begun.reference, body, variables, senses)
@@ -144,12 +147,12 @@ def _vectors(variables: Variables) -> Variables:
 def _begun(problem: Problem, senses: Senses) -> Estimate:
     """The robot as modelled, with the frames that nobody knows placed from the first samples."""
     first = merge(list(islice(in_time_order(senses), BURN_IN)))
-    return problem.fit(problem.variables(()), first).estimate
+    return problem.fit(problem.variables(()), first)
 
 
 def fit_at(
     problem: Problem, reference: Body, body: Body, variables: Variables, senses: Senses
-) -> Fit:
+) -> Estimate:
     """What the samples say of a body that was found by other means; nothing is moved.
 
     Args:
@@ -174,4 +177,5 @@ def fit_at(
     estimate = Estimate(reference, variables, x, H, named_levels(senses, levels))
     g += x / variables.prior_std**2
     arrived = bool(g @ estimate.covariance @ g <= chi2.isf(NOT_ARRIVED, max(len(x), 1)))
-    return Fit(estimate, levels, weights, sum(len(sense) for sense in senses), arrived)
+    n = sum(len(sense) for sense in senses)
+    return replace(estimate, levels=levels, weights=weights, iterations=n, converged=arrived)

@@ -23,8 +23,8 @@ from bodyschema.answers.calibration import Calibration, Verdict
 from bodyschema.answers.judgement import judged
 from bodyschema.answers.one_pass import GRADIENT_STEP, Fitting, LearnerName, fit_at, pooled
 from bodyschema.errors import InputError
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.problem import Problem, Senses, check_problem, moved_joints
-from bodyschema.estimation.solver import Fit
 from bodyschema.learners.learner import run
 from bodyschema.learners.published.online_gradient import OnlineGradient, from_nothing
 from bodyschema.learners.skeletons.shortest_links import with_shortest_links
@@ -69,7 +69,7 @@ class SkeletonProblem(Problem):
         std = np.where(joints.code == AXIS, AXIS_STD, reach)
         return join(joints.with_prior(std), *markers)
 
-    def fit(self, variables: Variables, senses: Senses) -> Fit:
+    def fit(self, variables: Variables, senses: Senses) -> Estimate:
         """Search, then refine; markers that stand still need no search."""
         if not (variables.code == AXIS).any():
             still = replace(self.body, kind=np.full_like(self.body.kind, FIXED))
@@ -148,7 +148,7 @@ def _fitting(problem: SkeletonProblem, learner: LearnerName) -> Fitting:
             f"{' or '.join(finders)}."
         )
 
-    def fit(variables: Variables, senses: Senses) -> Fit:
+    def fit(variables: Variables, senses: Senses) -> Estimate:
         body = finders[learner](variables, senses)
         return fit_at(problem, body, body, variables, senses)
 

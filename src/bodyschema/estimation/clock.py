@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import exponnorm, norm
 
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.normal_equations import level_rows
-from bodyschema.estimation.solver import Fit
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ class ClockCheck:
         return self.p_value < FALSE_ALARM
 
 
-def check_clock(fit: Fit, senses: Sequence[Sense], seed: int = 0) -> ClockCheck:
+def check_clock(fit: Estimate, senses: Sequence[Sense], seed: int = 0) -> ClockCheck:
     """Test the residuals of a fit for rows seen after the robot had begun to move on.
 
     Args:
@@ -81,16 +81,16 @@ def _agreement(z: Array) -> Array:
     return np.asarray(np.sum(np.maximum(z, 0) ** 2, axis=-1))
 
 
-def _common_rows(fit: Fit, senses: Sequence[Sense]) -> tuple[Ints, Array, Array, Array]:
+def _common_rows(fit: Estimate, senses: Sequence[Sense]) -> tuple[Ints, Array, Array, Array]:
     """Rows that every sense has; residuals (n, d) in noise units, slopes (n, d, n_joints), q."""
     rows = senses[0].rows
     for sense in senses[1:]:
         rows = np.intersect1d(rows, sense.rows)
-    estimate, residuals, slopes = fit.estimate, [], []
+    residuals, slopes = [], []
     for sense, levels in zip(senses, fit.levels, strict=True):
         kept = sense.take(np.flatnonzero(np.isin(sense.rows, rows)))
         scale = np.sqrt(np.diag(sense.covariance)) * level_rows(sense, levels)
-        linear = kept.linearize(estimate.reference, estimate.variables, estimate.x)
+        linear = kept.linearize(fit.reference, fit.variables, fit.x)
         residuals.append(linear.residual / scale)
         slopes.append(-linear.by_joint / scale[:, None])
     return rows, np.concatenate(residuals, axis=1), np.concatenate(slopes, axis=1), kept.q

@@ -14,6 +14,7 @@ from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 
 Array = NDArray[np.float64]
+Levels = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,13 @@ class Estimate:
     The scale of a Student-t distribution; normal noise has a standard deviation about 1.1 times
     as large.
     """
+    levels: Levels = ()
+    """Noise level of each component of each sense, in units of the believed noise."""
+    weights: tuple[Array, ...] = ()
+    """(n,) for each sense: near 1 and above for good samples, near 0 for outliers."""
+    iterations: int = 0
+    converged: bool = True
+    """Whether the learner came to rest; an estimate that has not is no answer."""
 
     @cached_property
     def body(self) -> Body:

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
 from bodyschema.estimation.discrepancy import learn_discrepancy
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.normal_equations import level_rows
-from bodyschema.estimation.solver import Fit, Solver
+from bodyschema.estimation.solver import Solver
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
@@ -63,7 +64,7 @@ def folds_of(senses: Senses, folds: int, seed: int) -> list[Array]:
 
 
 def held_out(
-    fit: Callable[[Senses], Fit],
+    fit: Callable[[Senses], Estimate],
     senses: Senses,
     folds: Sequence[Array],
     learner: Solver,
@@ -86,7 +87,7 @@ def held_out(
         out = [np.isin(sense.rows, fold) for sense in senses]
         training = [sense.take(~mask) for sense, mask in zip(senses, out, strict=True)]
         found = fit(training)
-        body = found.estimate.body
+        body = found.body
         good = outlier_free(training, found, learner.freedom)
         for i, (sense, mask) in enumerate(zip(senses, out, strict=True)):
             test = sense.take(mask)
@@ -111,7 +112,7 @@ def _surprise(r: Array, sense: Sense, levels: Sequence[float], nu: float) -> Arr
     return np.asarray(shape + np.sum(np.log(s)))
 
 
-def outlier_free(senses: Senses, fit: Fit, nu: float) -> list[NDArray[np.bool_]]:
+def outlier_free(senses: Senses, fit: Estimate, nu: float) -> list[NDArray[np.bool_]]:
     """Which samples of each sense are no gross outliers under the Student-t noise of the fit.
 
     |r|^2 / d is F-distributed with (d, nu) degrees of freedom; the threshold is set so that a

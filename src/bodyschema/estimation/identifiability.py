@@ -26,7 +26,6 @@ from scipy.linalg import qr, solve_triangular
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.invisible import invisible_motions, take_out
 from bodyschema.estimation.normal_equations import information, whiten
-from bodyschema.estimation.solver import Fit
 from bodyschema.model.kernels import PRISMATIC
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
@@ -79,7 +78,7 @@ class Identifiability:
         return tuple(sorted(together - {name}))
 
 
-def identifiability(fit: Fit, senses: Sequence[Sense], seed: int = 0) -> Identifiability:
+def identifiability(fit: Estimate, senses: Sequence[Sense], seed: int = 0) -> Identifiability:
     """Rank and named open directions of a fit.
 
     Args:
@@ -87,9 +86,9 @@ def identifiability(fit: Fit, senses: Sequence[Sense], seed: int = 0) -> Identif
         senses: what was seen.
         seed: of the random postures.
     """
-    if not len(fit.estimate.variables):
+    if not len(fit.variables):
         return Identifiability(0, (), np.zeros(0))
-    return from_information(fit.estimate, _information_at_random(fit, senses, seed))
+    return from_information(fit, _information_at_random(fit, senses, seed))
 
 
 def from_information(
@@ -150,9 +149,9 @@ def random_postures(body: Body, n: int, rng: np.random.Generator) -> Array:
     return np.asarray(rng.uniform(low, high, size=(n, len(body.joints))))
 
 
-def _information_at_random(fit: Fit, senses: Sequence[Sense], seed: int) -> Array:
+def _information_at_random(fit: Estimate, senses: Sequence[Sense], seed: int) -> Array:
     """Information of as many samples at random postures, (n_parameters, n_parameters)."""
-    estimate = fit.estimate
+    estimate = fit
     q = random_postures(estimate.body, RANDOM_POSTURES, np.random.default_rng(seed))
     total = np.zeros_like(estimate.data_information)
     for sense, level in zip(senses, fit.levels, strict=True):

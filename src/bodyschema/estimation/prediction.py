@@ -26,7 +26,6 @@ from scipy.special import fdtr, gammainc
 
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import SAYS_LITTLE
-from bodyschema.estimation.solver import Fit
 from bodyschema.model.kinematics import relative_pose_derivatives
 from bodyschema.senses.sense import Sense
 
@@ -80,11 +79,11 @@ def predict_error(
     return PredictedError(seen_from, seen, bounds[0], bounds[1], overall[0], overall[1])
 
 
-def degrees_of_freedom(fit: Fit, senses: Sequence[Sense]) -> float:
+def degrees_of_freedom(fit: Estimate, senses: Sequence[Sense]) -> float:
     """Numbers behind the noise levels of a fit: those seen less the directions determined."""
     numbers = sum(len(sense) * len(sense.covariance) for sense in senses)
-    scale = fit.estimate.variables.scale
-    told = np.linalg.eigvalsh(scale[:, None] * fit.estimate.data_information * scale)
+    scale = fit.variables.scale
+    told = np.linalg.eigvalsh(scale[:, None] * fit.data_information * scale)
     return float(max(numbers - int(np.sum(told >= SAYS_LITTLE)), 1))
 
 

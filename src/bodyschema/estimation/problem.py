@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.errors import InputError
-from bodyschema.estimation.solver import Fit, Solver
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.solver import Solver
 from bodyschema.model.kernels import PRISMATIC
 from bodyschema.model.kinematics import path_between
 from bodyschema.model.tree import Body
@@ -67,7 +68,7 @@ class Problem:
                 )
         return join(*parts)
 
-    def fit(self, variables: Variables, senses: Senses) -> Fit:
+    def fit(self, variables: Variables, senses: Senses) -> Estimate:
         """Place the unknown frames by closed form, then fit."""
         body = start_frames(self.body, self.unknown, senses)
         return self.learner.fit(body, variables, senses)

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.errors import InputError
-from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.estimate import Estimate, Levels
 from bodyschema.estimation.normal_equations import (
     Whitened,
     fisher_share,
@@ -39,26 +39,12 @@ from bodyschema.model.variables import Variables
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
-Levels = tuple[tuple[float, ...], ...]
 
 SETTLED = 1e-3
 """Largest last step, in posterior standard deviations, of a fit that counts as converged."""
 
 SMALLEST_LEVEL = 1e-3
 """Of the believed noise: exact (simulated) data must not divide by zero."""
-
-
-@dataclass(frozen=True)
-class Fit:
-    """What a batch fit found."""
-
-    estimate: Estimate
-    levels: Levels
-    """Noise level of each component of each sense, in units of the believed noise."""
-    weights: tuple[Array, ...]
-    """(n,) for each sense: near 1 and above for good samples, near 0 for outliers."""
-    iterations: int
-    converged: bool
 
 
 @dataclass(frozen=True)
@@ -73,7 +59,7 @@ class Solver:
     learn_levels: bool = True
     """Estimate noise levels; otherwise the senses' own covariances are taken as they are."""
 
-    def fit(self, reference: Body, variables: Variables, senses: Sequence[Sense]) -> Fit:
+    def fit(self, reference: Body, variables: Variables, senses: Sequence[Sense]) -> Estimate:
         """Fit the parameters to the samples.
 
         Args:
@@ -119,8 +105,9 @@ class Solver:
             for part, weight in zip(parts, weights, strict=True)
         ]
         H, _ = information(parts, levels, told)
-        estimate = Estimate(reference, variables, x, H, named_levels(senses, levels))
-        return Fit(estimate, levels, weights, iterations, moved < SETTLED)
+        noise = named_levels(senses, levels)
+        settled = moved < SETTLED
+        return Estimate(reference, variables, x, H, noise, levels, weights, iterations, settled)
 
     def weights(self, residual: Array, sense: Sense, levels: Sequence[float]) -> Array:
         """Student-t weight of each sample from its whitened residual, (n,)."""

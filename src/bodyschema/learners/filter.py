@@ -121,7 +121,7 @@ class Filter:
             sense.label: (level, max(float(len(sense)), self.least_count))
             for sense, level in zip(senses, fit.levels, strict=True)
         }
-        information, x = fit.estimate.information, fit.estimate.x
+        information, x = fit.information, fit.x
         templates = {sense.label: sense.take([]) for sense in senses}
         return Belief(reference, state.variables, x, x, information, levels, (), True, templates)
 

@@ -65,7 +65,7 @@ class Evidence:
         found = []
         for i, sense in enumerate(self.senses):
             residual, good = self.calibration.residuals[i], self.good[i]
-            inside = within_prediction(fit.estimate, sense, fit.levels[i], residual, nu)
+            inside = within_prediction(fit, sense, fit.levels[i], residual, nu)
             found.append({k: float(v[good].mean()) for k, v in inside.items() if len(good)})
         return tuple(found)
 

@@ -37,7 +37,7 @@ class World:
         test = postures(200, self.truth, np.random.default_rng(99))
         found, true = (
             relative_pose(body, test, "tracker", "tool")[:, :3, 3]
-            for body in (fit.estimate.body, self.truth)
+            for body in (fit.body, self.truth)
         )
         return float(np.sqrt(np.mean(np.sum((found - true) ** 2, axis=1))))
 
@@ -56,6 +56,6 @@ def calibrated() -> Callable[..., World]:
             q[:, still] = 0.3
         sense = points(truth, q, rng)
         fit = Solver().fit(body, variables, [sense])
-        return World(fit.estimate, sense, truth, rng)
+        return World(fit, sense, truth, rng)
 
     return make

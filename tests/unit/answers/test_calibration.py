@@ -67,8 +67,8 @@ def test_the_answer_holds_all_that_was_tried(wrong_offsets: tuple[Calibration, A
     assert min(abs(c.behind) for c in answer.candidates) == 0
     assert answer.candidates[0].behind > 2
     assert answer.n_rows == 60
-    assert answer.estimate is answer.fit.estimate
-    assert answer.body is answer.fit.estimate.body
+    assert answer.estimate is answer.fit
+    assert answer.body is answer.fit.body
     # The first offset and the tracker, the last offset and the tool: twice one of two.
     assert answer.identifiability.rank == 15
     assert "tracker.turn_z" in answer.identifiability.partners("joint_1.offset")
@@ -119,7 +119,7 @@ def test_wrong_axes_and_links_are_found_too() -> None:
 def test_the_user_may_choose_groups_and_joints() -> None:
     body, seen, _, _ = recording("poses", ["offsets"])
     answer = calibrate(body, [seen], UNKNOWN, groups=["offsets"], joints=["joint_2", "joint_3"])
-    names = answer.fit.estimate.variables.where(["offsets"]).names
+    names = answer.fit.variables.where(["offsets"]).names
     assert names == ("joint_2.offset", "joint_3.offset")
     assert [candidate.groups for candidate in answer.candidates] == [(), ("offsets",)]
 

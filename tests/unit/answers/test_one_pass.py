@@ -41,9 +41,9 @@ def test_one_pass_comes_close_to_the_batch(learner):
     variables = problem.variables(("offsets",))
     batch = problem.fit(variables, problem.senses)
     online = fitting(problem, learner)(variables, problem.senses)
-    assert error(online.estimate.body, problem) < 1.03 * error(batch.estimate.body, problem)
-    away = np.abs(online.estimate.body.offset - batch.estimate.body.offset)
-    std = np.sqrt(np.diag(batch.estimate.covariance)[:4])
+    assert error(online.body, problem) < 1.03 * error(batch.body, problem)
+    away = np.abs(online.body.offset - batch.body.offset)
+    std = np.sqrt(np.diag(batch.covariance)[:4])
     assert (away < 3 * std).all()
     [(level,)] = online.levels
     [(batch_level,)] = batch.levels
@@ -55,7 +55,7 @@ def test_the_gradient_improves_axes_and_links_and_says_that_it_has_not_arrived()
     begun = problem.fit(problem.variables(()), [problem.senses[0].take(range(12))])
     variables = problem.variables(("axes", "links"))
     found = fitting(problem, "online-gradient")(variables, problem.senses)
-    assert error(found.estimate.body, problem) < 0.7 * error(begun.estimate.body, problem)
+    assert error(found.body, problem) < 0.7 * error(begun.body, problem)
     assert not found.converged
 
 
@@ -93,17 +93,17 @@ def test_one_pass_is_repeatable():
     variables = problem.variables(("offsets",))
     for learner in ("gauss-newton", "smoother"):
         first, second = (fitting(problem, learner)(variables, problem.senses) for _ in range(2))
-        assert np.array_equal(first.estimate.x, second.estimate.x)
+        assert np.array_equal(first.x, second.x)
 
 
 def test_a_fit_at_the_optimum_has_arrived_and_states_the_noise():
     problem, _ = problem_of(["offsets"])
     variables = problem.variables(("offsets",))
     batch = problem.fit(variables, problem.senses)
-    best = batch.estimate
+    best = batch
     there = fit_at(problem, best.reference, best.body, variables, problem.senses)
     assert there.converged
-    assert there.estimate.x == pytest.approx(best.x, abs=1e-12)
+    assert there.x == pytest.approx(best.x, abs=1e-12)
     # Median against expectation-maximisation: other statistics of the same noise.
     assert there.levels[0][0] == pytest.approx(batch.levels[0][0], rel=0.25)
     x = best.x.copy()

@@ -19,12 +19,12 @@ def test_the_share_within_is_the_probability() -> None:
     test = poses(truth, postures(800, arm, rng), rng)
     learner = Solver(freedom=np.inf)
     fit = learner.fit(arm, variables, [training])
-    residual = test.residual(fit.estimate.body)
-    found = within_prediction(fit.estimate, test, fit.levels[0], residual, np.inf)
+    residual = test.residual(fit.body)
+    found = within_prediction(fit, test, fit.levels[0], residual, np.inf)
     assert set(found) == {"position", "rotation"}
     for inside in found.values():
         assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
-    narrow = within_prediction(fit.estimate, test, fit.levels[0], residual, np.inf, 0.5)
+    narrow = within_prediction(fit, test, fit.levels[0], residual, np.inf, 0.5)
     assert np.mean(narrow["position"]) == pytest.approx(0.5, abs=0.06)
 
 
@@ -34,6 +34,6 @@ def test_errors_that_the_model_lacks_fall_outside() -> None:
     variables = free_all(arm)
     seen = poses(arm, postures(40, arm, rng), rng)
     fit = Solver().fit(arm, variables, [seen])
-    residual = seen.residual(fit.estimate.body) + 10 * POSE_STD[0]
-    inside = within_prediction(fit.estimate, seen, fit.levels[0], residual, 4.0)
+    residual = seen.residual(fit.body) + 10 * POSE_STD[0]
+    inside = within_prediction(fit, seen, fit.levels[0], residual, 4.0)
     assert np.mean(inside["position"]) < 0.05

@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import Errors, folds_of, held_out, outlier_free, sizes
-from bodyschema.estimation.solver import Fit, Solver
+from bodyschema.estimation.solver import Solver
 from bodyschema.model.variables import free_joints
 from bodyschema.senses.points import Points
 from bodyschema.senses.sense import Sense
@@ -54,7 +55,7 @@ def test_no_fit_sees_a_row_that_it_is_judged_on() -> None:
     body = seen_arm(4, np.random.default_rng(0))
     learner, variables = Solver(), free_joints(body, ["offsets"])
 
-    def fit(training: Sequence[Sense]) -> Fit:
+    def fit(training: Sequence[Sense]) -> Estimate:
         seen.append({int(row) for sense in training for row in sense.rows})
         return learner.fit(body, variables, training)
 

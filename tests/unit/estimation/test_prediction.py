@@ -56,6 +56,6 @@ def test_degrees_of_freedom_count_what_the_data_determine() -> None:
     fit = Solver().fit(body, join(free_joints(body, ("offsets",)), *frames), [seen])
     # The first and the last of the four zeros cannot be told from the frames.
     assert degrees_of_freedom(fit, [seen]) == 300 - 14
-    said = predict_error(fit.estimate, q, "tracker", "hand", 286)
+    said = predict_error(fit, q, "tracker", "hand", 286)
     assert said.position.shape == (50,)
     assert said.position.min() < said.position_overall < said.position.max()

@@ -120,9 +120,9 @@ def test_gaussian_fit_is_the_map_of_scipy(
     assert fit.converged
     assert fit.levels == ((1.0,), (1.0, 1.0))
     assert all((weight == 1).all() for weight in fit.weights)
-    assert fit.estimate.x == pytest.approx(found.x, abs=1e-6)
+    assert fit.x == pytest.approx(found.x, abs=1e-6)
     covariance = np.linalg.inv(slopes(found.x).T @ slopes(found.x))
-    assert fit.estimate.std == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-3)
+    assert fit.std == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-3)
 
 
 @pytest.mark.parametrize("freedom", [np.inf, 4.0])
@@ -141,7 +141,7 @@ def test_levels_converge_to_the_true_noise(
     fit = Solver(freedom).fit(nominal, variables, [seen])
     assert fit.converged
     assert fit.levels[0] == pytest.approx((2.5, 0.4), rel=0.1)
-    assert fit.estimate.noise == {
+    assert fit.noise == {
         "pose of tool seen from tracker: position (m)": pytest.approx(2.5e-3, rel=0.1),
         "pose of tool seen from tracker: rotation (rad)": pytest.approx(2e-3, rel=0.1),
     }
@@ -165,7 +165,7 @@ def test_the_order_of_samples_and_senses_does_not_matter(
     fit = Solver().fit(nominal, variables, senses)
     shuffled = [sense.take(rng.permutation(len(sense))) for sense in reversed(senses)]
     other = Solver().fit(nominal, variables, shuffled)
-    assert (np.abs(other.estimate.x - fit.estimate.x) < 1e-6 * fit.estimate.std).all()
+    assert (np.abs(other.x - fit.x) < 1e-6 * fit.std).all()
     assert other.levels[::-1] == tuple(pytest.approx(level, rel=1e-6) for level in fit.levels)
 
 
@@ -180,7 +180,7 @@ def test_outliers_lose_their_weight(
         assert weight[bad].max() < 0.002
         assert weight[~bad].min() > 0.2
         assert weight[~bad].mean() == pytest.approx(1.15, abs=0.15)
-    assert (np.abs(fit.estimate.x - clean.estimate.x) < 1.5 * clean.estimate.std).all()
+    assert (np.abs(fit.x - clean.x) < 1.5 * clean.std).all()
 
 
 def test_bounds_are_kept(nominal: Body, rng: np.random.Generator) -> None:
@@ -189,10 +189,10 @@ def test_bounds_are_kept(nominal: Body, rng: np.random.Generator) -> None:
     seen = points(far, postures(30, far, rng), rng)
     tight = replace(variables, bound=np.full(4, 0.1))
     fit = Solver().fit(nominal, tight, [seen])
-    assert (np.abs(fit.estimate.x) <= 0.1).all()
-    assert np.abs(fit.estimate.x).max() == 0.1
+    assert (np.abs(fit.x) <= 0.1).all()
+    assert np.abs(fit.x).max() == 0.1
     free = Solver().fit(nominal, variables, [seen])
-    assert free.estimate.x == pytest.approx([0.3, -0.3, 0.05, 0.0], abs=5e-3)
+    assert free.x == pytest.approx([0.3, -0.3, 0.05, 0.0], abs=5e-3)
 
 
 def test_a_large_deviation_is_found_from_zero(nominal: Body, rng: np.random.Generator) -> None:
@@ -201,7 +201,7 @@ def test_a_large_deviation_is_found_from_zero(nominal: Body, rng: np.random.Gene
     far = nominal.with_variables(variables, x)
     fit = Solver().fit(nominal, variables, [poses(far, postures(30, far, rng), rng)])
     assert fit.converged
-    assert fit.estimate.x == pytest.approx(x, abs=2e-3)
+    assert fit.x == pytest.approx(x, abs=2e-3)
 
 
 def test_exact_samples_are_fitted_exactly(
@@ -209,7 +209,7 @@ def test_exact_samples_are_fitted_exactly(
 ) -> None:
     q = postures(40, truth, rng)
     seen = poses(truth, q, rng).imagined(truth, q)
-    body = Solver().fit(nominal, variables, [seen]).estimate.body
+    body = Solver().fit(nominal, variables, [seen]).body
     assert np.abs(seen.residual(body)).max() < 1e-6
 
 
@@ -219,8 +219,8 @@ def test_without_parameters_the_levels_are_still_learned(
     seen = points(nominal, postures(200, nominal, rng), rng, 2e-3)
     fit = Solver(np.inf).fit(nominal, free_joints(nominal, ()), [seen])
     assert fit.converged
-    assert fit.estimate.x.shape == (0,)
-    assert fit.estimate.covariance.shape == (0, 0)
+    assert fit.x.shape == (0,)
+    assert fit.covariance.shape == (0, 0)
     assert fit.levels[0] == pytest.approx((1.0,), rel=0.1)
 
 
@@ -237,7 +237,7 @@ def test_an_empty_sense_beside_another_changes_nothing(
     alone = Solver().fit(nominal, variables, senses[:1])
     beside = Solver().fit(nominal, variables, [senses[0], senses[1].take([])])
     assert beside.levels == (alone.levels[0], (1.0, 1.0))
-    assert beside.estimate.x == pytest.approx(alone.estimate.x, abs=1e-12)
+    assert beside.x == pytest.approx(alone.x, abs=1e-12)
 
 
 def test_parameters_that_nothing_touches_keep_their_prior(
@@ -246,5 +246,5 @@ def test_parameters_that_nothing_touches_keep_their_prior(
     body = nominal.attach("lamp", "base")
     variables = free_frame(body, "lamp", 0.3, 0.7)
     fit = Solver().fit(body, variables, [points(body, postures(9, body, rng), rng)])
-    assert (fit.estimate.x == 0).all()
-    assert fit.estimate.std == pytest.approx([0.3] * 3 + [0.7] * 3)
+    assert (fit.x == 0).all()
+    assert fit.std == pytest.approx([0.3] * 3 + [0.7] * 3)

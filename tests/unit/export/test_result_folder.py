@@ -106,9 +106,9 @@ def test_a_refused_calibration_says_so_in_its_files(
 
 def test_gears_are_named_in_the_notes(case: Any, source: Path, tmp_path: Path) -> None:
     fit = case.calibration.fit
-    geared = replace(fit.estimate.reference, gear=np.array([0.0, 0.02, 0.0, 0.0]))
-    estimate = replace(fit.estimate, reference=geared)
-    calibration = replace(case.calibration, fit=replace(fit, estimate=estimate))
+    geared = replace(fit.reference, gear=np.array([0.0, 0.02, 0.0, 0.0]))
+    estimate = replace(fit, reference=geared)
+    calibration = replace(case.calibration, fit=estimate)
     write_result(calibration, case.nominal, source, tmp_path / "out", {}, False)
     assert notes(tmp_path / "out")[1].startswith("joint 'joint_2' moves 1.02 times as far")
     document = yaml.safe_load((tmp_path / "out" / "calibration.yaml").read_text())

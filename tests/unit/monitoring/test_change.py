@@ -18,7 +18,7 @@ from bodyschema import (
     lie,
 )
 from bodyschema.estimation.discrepancy import Field
-from bodyschema.estimation.solver import Fit
+from bodyschema.estimation.estimate import Estimate
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.monitoring.change import detect_change
 
@@ -28,7 +28,7 @@ class Robot:
     """A calibrated robot and the truth behind it."""
 
     truth: Body
-    fit: Fit
+    fit: Estimate
 
 
 def record(body: Body, n: int, rng: np.random.Generator, outliers: int = 0) -> Poses:
@@ -55,7 +55,7 @@ def test_unchanged_bodies_are_left_in_peace() -> None:
     for seed in range(60):
         robot = calibrated(seed)
         new = record(robot.truth, 30, np.random.default_rng(1000 + seed), outliers=2)
-        alarms += detect_change(robot.fit.estimate, [new], false_alarm=0.05).changed
+        alarms += detect_change(robot.fit, [new], false_alarm=0.05).changed
     # 5 % of 60 is 3; more than 8 would happen in less than 1 % of such trials.
     assert alarms <= 8
 
@@ -67,7 +67,7 @@ def test_a_moved_joint_zero_is_found_and_blamed(seed: int) -> None:
     knocked = robot.truth.with_variables(
         free_joints(robot.truth, ("offsets",), [joint]), [np.deg2rad(1.0)]
     )
-    answer = detect_change(robot.fit.estimate, [record(knocked, 40, rng, outliers=3)])
+    answer = detect_change(robot.fit, [record(knocked, 40, rng, outliers=3)])
     assert answer.changed
     assert joint in {suspect.part for suspect in answer.suspects}
     blamed = next(suspect for suspect in answer.suspects if suspect.part == joint)
@@ -79,9 +79,7 @@ def test_a_moved_frame_is_found_and_blamed(frame: str) -> None:
     robot, rng = calibrated(3), np.random.default_rng(9)
     T = robot.truth.placement[robot.truth.frame_index(frame)].copy()
     T[:3, 3] += [0.004, -0.002, 0.003]
-    answer = detect_change(
-        robot.fit.estimate, [record(robot.truth.with_placement(frame, T), 40, rng)]
-    )
+    answer = detect_change(robot.fit, [record(robot.truth.with_placement(frame, T), 40, rng)])
     assert answer.changed
     assert answer.suspects[0].part == frame
     assert answer.p_value < 1e-6
@@ -91,9 +89,7 @@ def test_a_large_change_is_not_taken_for_outliers() -> None:
     robot, rng = calibrated(4), np.random.default_rng(2)
     T = robot.truth.placement[robot.truth.frame_index("hand")].copy()
     T[:3, 3] += [0.05, 0.0, 0.0]
-    answer = detect_change(
-        robot.fit.estimate, [record(robot.truth.with_placement("hand", T), 30, rng)]
-    )
+    answer = detect_change(robot.fit, [record(robot.truth.with_placement("hand", T), 30, rng)])
     assert answer.changed
     assert answer.suspects[0].part == "hand"
     assert np.linalg.norm(answer.suspects[0].change[:3]) == pytest.approx(0.05, rel=0.1)
@@ -104,16 +100,16 @@ def test_a_residual_field_makes_the_test_more_careful() -> None:
     T = robot.truth.placement[robot.truth.frame_index("hand")].copy()
     T[:3, 3] += [0.001, 0.0, 0.0]
     new = record(robot.truth.with_placement("hand", T), 30, rng)
-    plain = detect_change(robot.fit.estimate, [new])
+    plain = detect_change(robot.fit, [new])
     field = Field(length=1.0, amplitude=(0.003, 0.01), noise=(0.001, 0.005))
-    careful = detect_change(robot.fit.estimate, [new], {new.label: field})
+    careful = detect_change(robot.fit, [new], {new.label: field})
     assert careful.p_value > plain.p_value
 
 
 def test_it_works_on_the_recursive_learner_too() -> None:
     robot, rng = calibrated(6), np.random.default_rng(4)
     learner = Filter(unknown=("tracker", "hand"))
-    estimate = robot.fit.estimate
+    estimate = robot.fit
     state = learner.start(estimate.reference, estimate.variables)
     for i, sample in enumerate(record(robot.truth, 60, rng).take([i]) for i in range(60)):
         state, _ = learner.step(state, sample)

@@ -36,7 +36,7 @@ def calibrated(sense: str, seed: int) -> tuple[Body, Estimate, np.random.Generat
     truth = seen_arm(5, rng)
     seen = SENSES[sense](truth, postures(60, truth, rng), rng)
     variables = free_all(truth, turns=sense == "poses")
-    return truth, Solver().fit(truth, variables, [seen]).estimate, rng
+    return truth, Solver().fit(truth, variables, [seen]), rng
 
 
 def timed(sense: Sense) -> Sense:

@@ -122,8 +122,7 @@ def test_a_small_correction_is_exaggerated(case: Any) -> None:
     size = np.ptp(pose.before, axis=0).max()
     assert pose.factor == 1 or pose.factor * pose.largest <= VISIBLE * size
     nearer = replace(case.calibration.estimate, x=case.calibration.estimate.x / 100)
-    fit = replace(case.calibration.fit, estimate=nearer)
-    small = replace(case, calibration=replace(case.calibration, fit=fit))
+    small = replace(case, calibration=replace(case.calibration, fit=nearer))
     assert Drawing(small.evidence)._pose(q).factor > 1
     assert "times as large" in words(Drawing(small.evidence).render())
 
