@@ -9,15 +9,32 @@ branches meet and down by direct ones (Hersch et al. 2008, Fig. 6). Node k hangs
 Every derivative of T_a_b is a twist (v, w), linear before angular, expressed in frame a and acting
 at the origin of b: d p_b = v, d R_a_b = [w]x R_a_b. A change at a node that is climbed moves a, not
 b, so its twist has the opposite sign.
+
+Transforms, vectors and twists are tuples on the way: the compiler keeps them in registers, where
+small arrays would be allocated anew at every node of every row.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from bodyschema.model.compiled import inlined
+from bodyschema.model.compiled import kernel as kernel
+from bodyschema.model.rigid import (
+    IDENTITY,
+    Rigid,
+    Twist,
+    Vector,
+    product,
+    quotient,
+    read,
+    rotated,
+    shifting,
+    turning,
+    vector,
+    write,
+)
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -28,49 +45,23 @@ PART = 5
 """Codes from here on belong to parts of the model that move no frame: kernels leave zeros."""
 
 
-def kernel(function: Any) -> Any:
-    """Compile once, cache on disk, and let other Python threads run meanwhile."""
-    return njit(cache=True, nogil=True, error_model="numpy")(function)
-
-
 @kernel
-def multiply(A: Array, B: Array, out: Array) -> None:
-    """out = A B for rigid 4x4 transforms (last row 0 0 0 1)."""
-    for i in range(3):
-        for j in range(4):
-            out[i, j] = A[i, 0] * B[0, j] + A[i, 1] * B[1, j] + A[i, 2] * B[2, j]
-        out[i, 3] += A[i, 3]
-    out[3, 0] = out[3, 1] = out[3, 2] = 0.0
-    out[3, 3] = 1.0
-
-
-@kernel
-def multiply_inverse(A: Array, B: Array, out: Array) -> None:
-    """out = A B^-1 for rigid 4x4 transforms."""
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = A[i, 0] * B[j, 0] + A[i, 1] * B[j, 1] + A[i, 2] * B[j, 2]
-        out[i, 3] = A[i, 3] - out[i, 0] * B[0, 3] - out[i, 1] * B[1, 3] - out[i, 2] * B[2, 3]
-    out[3, 0] = out[3, 1] = out[3, 2] = 0.0
-    out[3, 3] = 1.0
-
-
-@kernel
-def motion(kind: int, axis: Array, theta: float, out: Array) -> None:
+def motion(kind: int, axis: Vector, theta: float, sine: float, cosine: float) -> Rigid:
     """M(theta) of one joint. Rodrigues: R = c 1 + s [a]x + (1 - c) a a^T."""
-    x, y, z = axis[0], axis[1], axis[2]
-    c, s, shift = 1.0, 0.0, 0.0
-    if kind == REVOLUTE:
-        c, s = np.cos(theta), np.sin(theta)
-    elif kind == PRISMATIC:
-        shift = theta
-    u = 1.0 - c
-    out[0, 0], out[0, 1], out[0, 2] = c + u * x * x, u * x * y - s * z, u * x * z + s * y
-    out[1, 0], out[1, 1], out[1, 2] = u * y * x + s * z, c + u * y * y, u * y * z - s * x
-    out[2, 0], out[2, 1], out[2, 2] = u * z * x - s * y, u * z * y + s * x, c + u * z * z
-    out[0, 3], out[1, 3], out[2, 3] = shift * x, shift * y, shift * z
-    out[3, 0] = out[3, 1] = out[3, 2] = 0.0
-    out[3, 3] = 1.0
+    x, y, z = axis
+    s, c, u = sine, cosine, 1.0 - cosine
+    shift = theta if kind == PRISMATIC else 0.0
+    return (
+        c + u * x * x, u * x * y - s * z, u * x * z + s * y, shift * x,
+        u * y * x + s * z, c + u * y * y, u * y * z - s * x, shift * y,
+        u * z * x - s * y, u * z * y + s * x, c + u * z * z, shift * z,
+    )  # fmt: skip
+
+
+@kernel
+def angle(kind: int, theta: float) -> tuple[float, float]:
+    """Sine and cosine of the turn of a joint; only revolute joints turn."""
+    return (np.sin(theta), np.cos(theta)) if kind == REVOLUTE else (0.0, 1.0)
 
 
 @kernel
@@ -90,15 +81,14 @@ def tree_poses(
     parent: Ints, kind: Ints, axis: Array, placement: Array, theta: Array, out: Array
 ) -> None:
     """Pose of every frame in the root: theta (n, n_frames) -> out (n, n_frames, 4, 4)."""
-    joint, moved = np.empty((4, 4)), np.empty((4, 4))
     for n in range(theta.shape[0]):
         for k in range(parent.shape[0]):
-            motion(kind[k], axis[k], theta[n, k], moved)
-            multiply(placement[k], moved, joint)
-            if parent[k] < 0:
-                out[n, k] = joint
-            else:
-                multiply(out[n, parent[k]], joint, out[n, k])
+            sine, cosine = angle(kind[k], theta[n, k])
+            moved = motion(kind[k], vector(axis[k]), theta[n, k], sine, cosine)
+            joint = product(read(placement[k]), moved)
+            if parent[k] >= 0:
+                joint = product(read(out[n, parent[k]]), joint)
+            write(joint, out[n, k])
 
 
 @kernel
@@ -109,45 +99,31 @@ def walk(
     axis: Array,
     placement: Array,
     theta: Array,
+    turn: Array,
     joint: Array,
     before: Array,
     out: Array,
 ) -> None:
-    """Go from a to b: out = T_a_b; joint[i] and before[i] are the joint frame and the parent
-    frame of path node i, seen from a. The first `climbed` nodes go up, the others down."""
-    moved = np.empty((4, 4))
-    here, there = np.eye(4), np.empty((4, 4))
+    """Go from a to b: out = T_a_b; for path node i, turn[i] is the sine and cosine of its angle,
+    joint[i] and before[i] are the joint frame and the parent frame, seen from a. The first
+    `climbed` nodes go up, the others down."""
+    here = IDENTITY
     for i in range(path.shape[0]):
         k = path[i]
-        motion(kind[k], axis[k], theta[k], moved)
+        sine, cosine = angle(kind[k], theta[k])
+        turn[i, 0], turn[i, 1] = sine, cosine
+        moved = motion(kind[k], vector(axis[k]), theta[k], sine, cosine)
+        placed = read(placement[k])
         if i < climbed:
-            multiply_inverse(here, moved, joint[i])
-            multiply_inverse(joint[i], placement[k], before[i])
-            here[:] = before[i]
+            there = quotient(here, moved)
+            here = quotient(there, placed)
+            write(here, before[i])
         else:
-            before[i] = here
-            multiply(here, placement[k], joint[i])
-            multiply(joint[i], moved, there)
-            here[:] = there
-    out[:] = here
-
-
-@kernel
-def rotate(R: Array, v: Array, out: Array) -> None:
-    """out = R v with the rotation part of a transform."""
-    for i in range(3):
-        out[i] = R[i, 0] * v[0] + R[i, 1] * v[1] + R[i, 2] * v[2]
-
-
-@kernel
-def add_turn(w: Array, origin: Array, tip: Array, scale: float, twist: Array) -> None:
-    """twist += scale * (w x (tip - origin), w): a rotation about a line through the origin."""
-    x, y, z = tip[0, 3] - origin[0, 3], tip[1, 3] - origin[1, 3], tip[2, 3] - origin[2, 3]
-    twist[0] += scale * (w[1] * z - w[2] * y)
-    twist[1] += scale * (w[2] * x - w[0] * z)
-    twist[2] += scale * (w[0] * y - w[1] * x)
-    for i in range(3):
-        twist[3 + i] += scale * w[i]
+            write(here, before[i])
+            there = product(here, placed)
+            here = product(there, moved)
+        write(there, joint[i])
+    write(here, out)
 
 
 @kernel
@@ -155,9 +131,10 @@ def relative_poses(
     path: Ints, climbed: int, kind: Ints, axis: Array, placement: Array, theta: Array, out: Array
 ) -> None:
     """T_a_b along one path: theta (n, n_frames) -> out (n, 4, 4)."""
-    joint, before = np.empty((path.shape[0], 4, 4)), np.empty((path.shape[0], 4, 4))
+    steps = path.shape[0]
+    turn, joint, before = np.empty((steps, 2)), np.empty((steps, 4, 4)), np.empty((steps, 4, 4))
     for n in range(theta.shape[0]):
-        walk(path, climbed, kind, axis, placement, theta[n], joint, before, out[n])
+        walk(path, climbed, kind, axis, placement, theta[n], turn, joint, before, out[n])
 
 
 @kernel
@@ -173,56 +150,88 @@ def joint_twists(
     out: Array,
 ) -> None:
     """Add d T_a_b / d (joint angle) to out (6, n_joints); mimicking nodes share one column."""
-    z, twist = np.empty(3), np.empty(6)
     for i in range(path.shape[0]):
         k = path[i]
         if driver[k] < 0:
             continue
-        twist[:] = 0.0
-        rotate(joint[i], axis[k], z)
-        if kind[k] == REVOLUTE:
-            add_turn(z, joint[i], tip, 1.0, twist)
-        else:
-            twist[:3] = z
+        there = read(joint[i])
+        z = rotated(there, vector(axis[k]))
+        twist = turning(z, there, read(tip)) if kind[k] == REVOLUTE else shifting(z)
         sign = -rate[k] if i < climbed else rate[k]
-        for row in range(6):
-            out[row, driver[k]] += sign * twist[row]
+        for r in range(6):
+            out[r, driver[k]] += sign * twist[r]
 
 
-@kernel
+@inlined
 def parameter_twist(
     code: int,
-    direction: Array,
+    direction: Vector,
     kind: int,
-    axis: Array,
+    axis: Vector,
     theta: float,
-    joint: Array,
-    before: Array,
-    tip: Array,
-    twist: Array,
-) -> None:
+    sine: float,
+    cosine: float,
+    joint: Rigid,
+    before: Rigid,
+    tip: Rigid,
+) -> Twist:
     """Twist of one geometric parameter of a node that lies on a downward path.
 
     AXIS: exp(theta [a + d]x) exp(-theta [a]x) turns by s d + (1 - c) a x d when d is normal to a.
     """
-    w = np.empty(3)
+    x, y, z = direction
     if code == LINK:
-        rotate(before, direction, w)
-        twist[:3] = w
-    elif code == TURN:
-        rotate(joint, direction, w)
-        add_turn(w, joint, tip, 1.0, twist)
-    elif kind == PRISMATIC:
-        rotate(joint, direction, w)
-        twist[:3] = theta * w
-    else:
-        d, s, u = direction, np.sin(theta), 1.0 - np.cos(theta)
-        local = np.empty(3)
-        local[0] = s * d[0] + u * (axis[1] * d[2] - axis[2] * d[1])
-        local[1] = s * d[1] + u * (axis[2] * d[0] - axis[0] * d[2])
-        local[2] = s * d[2] + u * (axis[0] * d[1] - axis[1] * d[0])
-        rotate(joint, local, w)
-        add_turn(w, joint, tip, 1.0, twist)
+        return shifting(rotated(before, direction))
+    if code == TURN:
+        return turning(rotated(joint, direction), joint, tip)
+    if kind == PRISMATIC:
+        v = rotated(joint, direction)
+        return shifting((theta * v[0], theta * v[1], theta * v[2]))
+    s, u = sine, 1.0 - cosine
+    a, b, c = axis
+    local = s * x + u * (b * z - c * y), s * y + u * (c * x - a * z), s * z + u * (a * y - b * x)
+    return turning(rotated(joint, local), joint, tip)
+
+
+@kernel
+def parameter_twists(
+    climbed: int,
+    place: Ints,
+    kind: Ints,
+    axis: Array,
+    theta: Array,
+    turn: Array,
+    joint: Array,
+    before: Array,
+    tip: Array,
+    q: Array,
+    code: Ints,
+    index: Ints,
+    direction: Array,
+    by_joint: Array,
+    out: Array,
+) -> None:
+    """d T_a_b / d x of one configuration, out (6, n_parameters); place[k] is where node k stands
+    on the path, -1 when it does not."""
+    for p in range(code.shape[0]):
+        if code[p] >= PART:
+            continue
+        k = index[p]
+        if code[p] == OFFSET or code[p] == GEAR:
+            scale = 1.0 if code[p] == OFFSET else q[k]
+            for r in range(6):
+                out[r, p] = scale * by_joint[r, k]
+            continue
+        i = place[k]
+        if i < 0:
+            continue
+        twist = parameter_twist(
+            code[p], vector(direction[p]), kind[k], vector(axis[k]), theta[k],
+            turn[i, 0], turn[i, 1], read(joint[i]), read(before[i]), read(tip),
+        )  # fmt: skip
+        sign = -1.0 if i < climbed else 1.0
+        for r in range(6):
+            out[r, p] = sign * twist[r]
 
 
 @kernel
@@ -252,31 +261,14 @@ def relative_pose_derivatives(
     outputs must come in as zeros.
     """
     steps = path.shape[0]
-    joint, before = np.empty((steps, 4, 4)), np.empty((steps, 4, 4))
+    turn, joint, before = np.empty((steps, 2)), np.empty((steps, 4, 4)), np.empty((steps, 4, 4))
     place = np.full(kind.shape[0], -1)
     for i in range(steps):
         place[path[i]] = i
-    twist = np.empty(6)
     for n in range(theta.shape[0]):
-        walk(path, climbed, kind, axis, placement, theta[n], joint, before, pose[n])
+        walk(path, climbed, kind, axis, placement, theta[n], turn, joint, before, pose[n])
         joint_twists(path, climbed, kind, axis, joint, pose[n], driver, rate, by_joint[n])
-        for p in range(code.shape[0]):
-            if code[p] >= PART:
-                continue
-            k = index[p]
-            if code[p] == OFFSET or code[p] == GEAR:
-                scale = 1.0 if code[p] == OFFSET else q[n, k]
-                for row in range(6):
-                    by_parameter[n, row, p] = scale * by_joint[n, row, k]
-                continue
-            i = place[k]
-            if i < 0:
-                continue
-            twist[:] = 0.0
-            parameter_twist(
-                code[p], direction[p], kind[k], axis[k], theta[n, k],
-                joint[i], before[i], pose[n], twist,
-            )  # fmt: skip
-            sign = -1.0 if i < climbed else 1.0
-            for row in range(6):
-                by_parameter[n, row, p] = sign * twist[row]
+        parameter_twists(
+            climbed, place, kind, axis, theta[n], turn, joint, before, pose[n],
+            q[n], code, index, direction, by_joint[n], by_parameter[n],
+        )  # fmt: skip

@@ -17,6 +17,7 @@ from bodyschema.errors import InputError
 from bodyschema.model import kernels
 from bodyschema.model.camera import Camera
 from bodyschema.model.kernels import kernel
+from bodyschema.model.rigid import IDENTITY, product, quotient, read, write
 from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
@@ -74,9 +75,8 @@ def _nodes_above(body: Body, nodes: Sequence[int]) -> Ints:
 @kernel
 def _between(T_root: Array, seers: Ints, seen: Ints, out: Array) -> None:
     """out[n, c, b] = T_root[n, seers[c]]^-1 T_root[n, seen[b]]."""
-    here, inverse = np.eye(4), np.empty((4, 4))
     for n in range(T_root.shape[0]):
         for c in range(seers.shape[0]):
-            kernels.multiply_inverse(here, T_root[n, seers[c]], inverse)
+            T_cam_root = quotient(IDENTITY, read(T_root[n, seers[c]]))
             for b in range(seen.shape[0]):
-                kernels.multiply(inverse, T_root[n, seen[b]], out[n, c, b])
+                write(product(T_cam_root, read(T_root[n, seen[b]])), out[n, c, b])

@@ -68,7 +68,7 @@ def outline(
         turn(NX, NY, NZ, columns.ND[f0:f1], T[b], S[f0:f1])
         if project(VX, VY, VZ, T[b], lens, near, U[v0:v1], V[v0:v1]):
             n = clip_piece(columns, b, T[b], lens, near, memory, n)
-    return n, contour(columns, memory, n)
+    return n, int(contour(columns, memory, n))
 
 
 @kernel
