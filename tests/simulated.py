@@ -110,11 +110,11 @@ def spoiled(
     shift = rng.normal(size=(n, 3))
     shift *= size * bad[:, None] / np.linalg.norm(shift, axis=1, keepdims=True)
     if isinstance(sense, Points):
-        return replace(sense, position=sense.position + shift), bad
+        return replace(sense, observed=sense.position + shift), bad
     assert isinstance(sense, Poses)
     pose = sense.pose.copy()
     pose[:, :3, 3] += shift
-    return replace(sense, pose=pose), bad
+    return replace(sense, observed=pose), bad
 
 
 def angle(R: Array, other: Array) -> float:

@@ -133,5 +133,5 @@ def test_samples_that_are_no_numbers_are_refused(sense: Sense) -> None:
             continue
         spoiled = getattr(sense, name).copy()
         spoiled[3] = np.nan
-        with pytest.raises(InputError, match=r"tip seen from camera: .* row 3"):
+        with pytest.raises(InputError, match=rf"{sense.label}: .* row 3"):
             replace(sense, **{name: spoiled})

@@ -25,7 +25,7 @@ def learned(tmp_path_factory):
     senses = watched(truth, 60, rng)
     wrong = senses[0].position.copy()
     wrong[[7, 21, 44]] += 0.2
-    senses[0] = replace(senses[0], position=wrong)
+    senses[0] = replace(senses[0], observed=wrong)
     answer = learn_skeleton(Body.from_arrangement(path), senses, folds=3)
     return truth, senses, answer, watched(truth, 200, rng)
 
@@ -72,7 +72,7 @@ def test_noise_is_not_a_skeleton(tmp_path):
     rng = np.random.default_rng(0)
     path = arrangement(tmp_path)
     senses = watched(true_torso(path, rng), 40, rng)
-    stirred = [replace(s, position=rng.permutation(s.position)) for s in senses]
+    stirred = [replace(s, observed=rng.permutation(s.position)) for s in senses]
     answer = learn_skeleton(Body.from_arrangement(path), stirred, folds=2)
     assert answer.verdict == "refused"
     assert "not known" in answer.explanation
@@ -88,7 +88,7 @@ def test_a_pool_that_was_startled_at_the_end_has_not_forgotten(tmp_path):
     wrong[52:] += rng.normal(size=(8, 3))
     problem = SkeletonProblem(Body.from_arrangement(path), (hand,), {}, truth.joints)
     variables = problem.variables(("axes", "links"))
-    body = pooled(problem.body, variables, [replace(hand, position=wrong)])
+    body = pooled(problem.body, variables, [replace(hand, observed=wrong)])
     ideal = hand.imagined(truth, hand.q)
     assert np.linalg.norm(ideal.residual(body), axis=1).max() < 0.02
     with pytest.raises(InputError, match="too few to find"):

@@ -9,7 +9,7 @@ is (1 + gear_j) q_j + offset_j, and theta_k = rate_k (that) + shift_k for the fr
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema import lie
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model import chart
-from bodyschema.model.kernels import FIXED, REVOLUTE
+from bodyschema.model.kernels import FIXED, PART, REVOLUTE
+from bodyschema.model.parts import Part
 from bodyschema.model.variables import Variables
 
 Array = NDArray[np.float64]
@@ -43,7 +44,11 @@ class Visual:
 
 @dataclass(frozen=True)
 class Body:
-    """The model that a robot has of itself, from a URDF, a DH table or a bare arrangement."""
+    """The model that a robot has of itself, from a URDF, a DH table or a bare arrangement.
+
+    It is everything that a prediction needs: frames and joints here, and in `parts` what else there
+    is. One noun for both, since a body that bends needs its loads to know where its hand is.
+    """
 
     name: str
     frames: tuple[str, ...]
@@ -74,6 +79,8 @@ class Body:
     offset: Array
     """(n_joints,) rad or m."""
     visuals: tuple[Visual, ...] = ()
+    parts: Mapping[str, Part] = field(default_factory=dict)
+    """Lenses, loads, sensors, clocks and targets by name; see `parts`."""
 
     @classmethod
     def from_urdf(cls, path: str | Path, packages: Mapping[str, str | Path] | None = None) -> Body:
@@ -204,6 +211,16 @@ class Body:
         placement[self.frame_index(frame)] = _rigid(T_parent_joint)
         return replace(self, placement=placement)
 
+    def with_part(self, name: str, part: Part) -> Body:
+        """A body with one more part, or with another one of that name."""
+        return replace(self, parts={**self.parts, name: part})
+
+    def part(self, name: str) -> Part:
+        """A part. Raises InputError with close names."""
+        if name not in self.parts:
+            raise InputError(f"no part '{name}' on {self.name}{did_you_mean(name, self.parts)}")
+        return self.parts[name]
+
     def with_variables(self, variables: Variables, x: ArrayLike) -> Body:
         """The body that deviates from this one by x, (n_parameters,); see `variables`."""
         return self.deviate(variables, x)[0]
@@ -220,7 +237,13 @@ class Body:
             variables.code, variables.index, variables.component, v, self.tangents,
             axis, placement, gear, offset, direction,
         )  # fmt: skip
-        return replace(self, gear=gear, offset=offset, axis=axis, placement=placement), direction
+        parts = dict(self.parts)
+        if (variables.code >= PART).any():
+            for name in parts:
+                columns, numbers = variables.of_part(name)
+                parts[name] = parts[name].moved(numbers, v[columns])
+        moved = replace(self, gear=gear, offset=offset, axis=axis, placement=placement, parts=parts)
+        return moved, direction
 
     @cached_property
     def tangents(self) -> Array:

@@ -1,4 +1,4 @@
-"""Variables: the named, ordered list of what may be wrong with a body.
+"""Variables: the named, ordered list of what may be wrong with any part of a body.
 
 A vector x (n_parameters,) holds the deviations from a reference body, zero meaning "as modelled":
 
@@ -7,6 +7,7 @@ A vector x (n_parameters,) holds the deviations from a reference body, zero mean
     axis    a_k moved over the unit sphere by x in its tangent plane, see `chart`     rad
     link    translation of the placement P_k, in the parent's frame: l_k = l_k0 + x           m
     turn    rotation of the placement P_k: R_k = R_k0 exp(x)                                rad
+    part    a number of a lens, a load, a sensor ...: value = value_0 + x, see `parts`
 
 One fixed chart round the reference keeps x, its prior and its covariance plain vectors and
 matrices: nothing has to be transported when the estimate moves. The chart is exact for tilts and
@@ -18,15 +19,16 @@ joints have offsets, axes and links, and only fixed frames (cameras, tools, trac
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.model.kernels import AXIS, FIXED, GEAR, LINK, OFFSET, PRISMATIC, TURN
+from bodyschema.model.kernels import AXIS, FIXED, GEAR, LINK, OFFSET, PART, PRISMATIC, TURN
 
 if TYPE_CHECKING:
     from bodyschema.model.tree import Body
@@ -49,20 +51,20 @@ UNKNOWN_AXIS, UNKNOWN_LINK = 1.0, 0.1
 
 @dataclass(frozen=True)
 class Variables:
-    """What may be wrong, one row a parameter; built by `free_joints`, `free_frame`, `join`."""
+    """What may be wrong, a row each; see `free_joints`, `free_frame`, `free_part`, `join`."""
 
     names: tuple[str, ...]
-    """Unique, such as "elbow.offset", "elbow.axis_1", "elbow.link_x", "camera.turn_z"."""
+    """Unique, such as "elbow.offset", "elbow.axis_1", "camera.turn_z", "camera.fx"."""
     groups: tuple[str, ...]
-    """"offsets", "gears", "axes", "links" or "frame:NAME"."""
+    """"offsets", "gears", "axes", "links", "frame:NAME", or "KIND:NAME" of a part."""
     units: tuple[str, ...]
-    """"rad", "m" or "1"."""
+    """"rad", "m", "1", or that of a part's number."""
     code: Ints
-    """(n_parameters,) OFFSET, GEAR, AXIS, LINK or TURN."""
+    """(n_parameters,) OFFSET, GEAR, AXIS, LINK, TURN or PART."""
     index: Ints
-    """(n_parameters,) the joint (OFFSET, GEAR) or the frame (AXIS, LINK, TURN) that is meant."""
+    """(n_parameters,) the joint (OFFSET, GEAR), frame (AXIS, LINK, TURN) or part that is meant."""
     component: Ints
-    """(n_parameters,) which tangent or Cartesian component."""
+    """(n_parameters,) which tangent or Cartesian component, which number of a part."""
     prior_std: Array
     """(n_parameters,) standard deviation of the prior round zero; inf for none."""
     bound: Array
@@ -75,6 +77,20 @@ class Variables:
     def scale(self) -> Array:
         """(n_parameters,) prior standard deviations, 1 where there is no prior."""
         return np.where(np.isfinite(self.prior_std), self.prior_std, 1.0)
+
+    def of_part(self, part: str) -> tuple[Ints, Ints]:
+        """Columns of the variables of one part, (m,), and which of its numbers they are, (m,)."""
+        return self._parts.get(part, _NO_PART)
+
+    @cached_property
+    def _parts(self) -> dict[str, tuple[Ints, Ints]]:
+        columns: dict[str, list[int]] = {}
+        for i in np.flatnonzero(self.code == PART):
+            columns.setdefault(self.groups[i].split(":", 1)[1], []).append(int(i))
+        return {
+            part: (np.array(rows, dtype=np.int64), self.component[rows])
+            for part, rows in columns.items()
+        }
 
     def where(self, groups: Iterable[str]) -> Variables:
         """The parameters of these groups only, in the same order."""
@@ -98,6 +114,9 @@ class Variables:
     def with_prior(self, prior_std: Array) -> Variables:
         """The same parameters under another prior, (n_parameters,)."""
         return replace(self, prior_std=np.asarray(prior_std, dtype=np.float64))
+
+
+_NO_PART: tuple[Ints, Ints] = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
 
 @dataclass(frozen=True)
@@ -181,6 +200,7 @@ def free_frame(
     frame: str,
     position_std: float = UNKNOWN_POSITION,
     turn_std: float | None = UNKNOWN_TURN,
+    only: Iterable[str] | None = None,
 ) -> Variables:
     """Free the placement of a fixed frame: camera, tool, tracker, marker.
 
@@ -190,6 +210,8 @@ def free_frame(
         position_std: prior of each coordinate, m.
         turn_std: prior of each rotation component, rad; None frees the position only, as for a
             point whose orientation nobody can see.
+        only: some of "link_x" .. "turn_z": a plane, the frame's x and y, moves by "link_z",
+            "turn_x" and "turn_y" alone.
 
     Raises:
         InputError: no such frame, or it hangs on a moving joint.
@@ -210,6 +232,39 @@ def free_frame(
             _Row(f"{frame}.turn_{'xyz'[c]}", group, "rad", TURN, node, c, turn_std, np.pi)
             for c in range(3)
         ]
+    kept = None if only is None else {f"{frame}.{name}" for name in only}
+    return _table([row for row in rows if kept is None or row.name in kept])
+
+
+def free_part(
+    body: Body,
+    part: str,
+    names: Iterable[str] | None = None,
+    prior_std: Mapping[str, float] | None = None,
+) -> Variables:
+    """Free numbers of a part: a lens, a load, a sensor, a clock, a target, constants.
+
+    Args:
+        body: the body that has the part.
+        part: its name.
+        names: which of its numbers; all when None.
+        prior_std: priors other than the part's own, by name.
+
+    Raises:
+        InputError: no such part, or no such number of it.
+    """
+    if part not in body.parts:
+        raise InputError(f"no part '{part}' on {body.name}{did_you_mean(part, body.parts)}")
+    made, index = body.parts[part], tuple(body.parts).index(part)
+    chosen, priors = tuple(made.names if names is None else names), prior_std or {}
+    for name in (*chosen, *priors):
+        if name not in made.names:
+            raise InputError(f"no '{name}' in {part}{did_you_mean(name, made.names)}")
+    rows = []
+    for c in (made.names.index(name) for name in chosen):
+        std = priors.get(made.names[c], float(made.prior_std[c]))
+        name, unit = f"{part}.{made.names[c]}", made.units[c]
+        rows.append(_Row(name, f"{made.kind}:{part}", unit, PART, index, c, std, np.inf))
     return _table(rows)
 
 

@@ -7,8 +7,9 @@ The orientation of b plays no part: free its position alone (`free_frame(..., tu
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Self
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
-from bodyschema.senses.sense import Linearized, Sense, check_samples, counted
+from bodyschema.senses.sense import Linearized, Sense, check_samples
 
 Array = NDArray[np.float64]
 
@@ -26,25 +27,25 @@ DEFAULT_STD = 1e-3
 
 @dataclass(frozen=True)
 class Points(Sense):
-    """Positions of one body-fixed point."""
+    """Positions of one body-fixed point, (n, 3) m, in frame `seen_from`."""
 
-    position: Array = field(default_factory=lambda: np.empty((0, 3)))
-    """(n, 3) m, in frame `seen_from`."""
+    measures = (("position", "m", 3),)
 
     def __post_init__(self) -> None:
-        check_samples(self, self.position, (3,))
+        check_samples(self, self.observed, (3,))
 
     @classmethod
-    def make(
+    def make(  # type: ignore[override]
         cls,
         q: ArrayLike,
         position: ArrayLike,
         seen_from: str,
         seen: str,
-        std: float = DEFAULT_STD,
+        std: float | Sequence[float] = DEFAULT_STD,
         time: ArrayLike | None = None,
         rows: ArrayLike | None = None,
-    ) -> Points:
+        **more: Any,
+    ) -> Self:
         """Build from arrays.
 
         Args:
@@ -55,39 +56,35 @@ class Points(Sense):
             std: noise of each coordinate, m.
             time: (n,) s; 0, 1, 2, ... when None.
             rows: (n,) row numbers for messages; 0, 1, 2, ... when None.
+            more: `stated`, `clock`, `rate`.
         """
-        readings, times, numbers = counted(q, time, rows)
-        return cls(
-            time=times,
-            q=readings,
-            seen_from=seen_from,
-            seen=seen,
-            covariance=std**2 * np.eye(3),
-            rows=numbers,
-            position=np.atleast_2d(np.asarray(position, dtype=np.float64)),
-        )
+        seen_at = np.atleast_2d(np.asarray(position, dtype=np.float64))
+        return super().make(q, seen_at, seen_from, seen, std, time, rows, **more)
 
     @property
-    def components(self) -> tuple[tuple[str, str, slice], ...]:
-        """One noise level for all three coordinates."""
-        return (("position", "m", slice(0, 3)),)
+    def position(self) -> Array:
+        """(n, 3) m, as seen, in `seen_from`."""
+        return self.observed
 
-    def residual(self, body: Body) -> Array:
-        """Seen minus predicted position, (n, 3) m, in `seen_from`."""
-        T_a_b = relative_pose(body, self.q, self.seen_from, self.seen)
-        return np.asarray(self.position - T_a_b[..., :3, 3])
+    @property
+    def label(self) -> str:
+        """Name for messages and reports."""
+        return f"{self.seen} seen from {self.seen_from}"
 
-    def imagined(self, body: Body, q: ArrayLike) -> Self:
-        """See `Sense.imagined`."""
-        T_a_b = relative_pose(body, q, self.seen_from, self.seen)
-        seen = T_a_b[..., :3, 3]
-        count = np.arange(len(seen))
-        return replace(
-            self, time=count.astype(np.float64), q=np.asarray(q), rows=count, position=seen
-        )
+    @property
+    def turns(self) -> tuple[bool, bool]:
+        """The orientation of a point's frame plays no part."""
+        return True, False
+
+    def predict(self, body: Body) -> Array:
+        """Where the point would be seen, (n, 3) m."""
+        q = self.readings(body)
+        return np.asarray(relative_pose(body, q, self.seen_from, self.seen)[..., :3, 3])
 
     def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
         """See `Sense.linearize`."""
-        D = relative_pose_derivatives(reference, variables, x, self.q, self.seen_from, self.seen)
-        residual = self.position - D.pose[:, :3, 3]
-        return Linearized(residual, -D.by_parameter[:, :3], -D.by_joint[:, :3])
+        q = self.readings(reference.with_variables(variables, x)) if self.clock else self.q
+        D = relative_pose_derivatives(reference, variables, x, q, self.seen_from, self.seen)
+        residual = self.observed - D.pose[:, :3, 3]
+        linear = Linearized(residual, -D.by_parameter[:, :3], -D.by_joint[:, :3])
+        return self.late(linear, variables)

@@ -8,8 +8,9 @@ of the prediction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Self
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +20,7 @@ from bodyschema.errors import InputError
 from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
-from bodyschema.senses.sense import Linearized, Sense, check_samples, counted
+from bodyschema.senses.sense import Linearized, Sense, check_samples
 
 Array = NDArray[np.float64]
 
@@ -29,13 +30,12 @@ DEFAULT_STD = (1e-3, 5e-3)
 
 @dataclass(frozen=True)
 class Poses(Sense):
-    """Poses of one frame."""
+    """Poses of one frame: (n, 4, 4) T_seen_from_seen as seen."""
 
-    pose: Array = field(default_factory=lambda: np.empty((0, 4, 4)))
-    """(n, 4, 4) T_seen_from_seen as seen."""
+    measures = (("position", "m", 3), ("rotation", "rad", 3))
 
     def __post_init__(self) -> None:
-        check_samples(self, self.pose, (4, 4))
+        check_samples(self, self.observed, (4, 4))
         R = self.pose[:, :3, :3]
         skewed = (np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)) > 1e-3).any(axis=(1, 2))
         skewed |= np.linalg.det(R) < 0
@@ -54,16 +54,17 @@ class Poses(Sense):
             )
 
     @classmethod
-    def make(
+    def make(  # type: ignore[override]
         cls,
         q: ArrayLike,
         pose: ArrayLike,
         seen_from: str,
         seen: str,
-        std: tuple[float, float] = DEFAULT_STD,
+        std: float | Sequence[float] = DEFAULT_STD,
         time: ArrayLike | None = None,
         rows: ArrayLike | None = None,
-    ) -> Poses:
+        **more: Any,
+    ) -> Self:
         """Build from arrays.
 
         Args:
@@ -74,47 +75,39 @@ class Poses(Sense):
             std: noise of each coordinate (m) and of each rotation component (rad).
             time: (n,) s; 0, 1, 2, ... when None.
             rows: (n,) row numbers for messages; 0, 1, 2, ... when None.
+            more: `stated`, `clock`, `rate`.
         """
-        readings, times, numbers = counted(q, time, rows)
-        return cls(
-            time=times,
-            q=readings,
-            seen_from=seen_from,
-            seen=seen,
-            covariance=np.diag(np.repeat(np.square(std), 3)),
-            rows=numbers,
-            pose=np.asarray(pose, dtype=np.float64).reshape(-1, 4, 4),
-        )
+        seen_as = np.asarray(pose, dtype=np.float64).reshape(-1, 4, 4)
+        return super().make(q, seen_as, seen_from, seen, std, time, rows, **more)
+
+    @property
+    def pose(self) -> Array:
+        """(n, 4, 4) T_seen_from_seen as seen."""
+        return self.observed
 
     @property
     def label(self) -> str:
         """Name for messages and reports, other than that of points of the same frame."""
-        return f"pose of {super().label}"
+        return f"pose of {self.seen} seen from {self.seen_from}"
 
-    @property
-    def components(self) -> tuple[tuple[str, str, slice], ...]:
-        """Position and rotation each have their noise level."""
-        return (("position", "m", slice(0, 3)), ("rotation", "rad", slice(3, 6)))
+    def predict(self, body: Body) -> Array:
+        """Where the frame would be seen, (n, 4, 4)."""
+        return relative_pose(body, self.readings(body), self.seen_from, self.seen)
 
     def residual(self, body: Body) -> Array:
         """Seen minus predicted, (n, 6) m and rad, in `seen_from`."""
-        return self._error(relative_pose(body, self.q, self.seen_from, self.seen))
-
-    def imagined(self, body: Body, q: ArrayLike) -> Self:
-        """See `Sense.imagined`."""
-        T_a_b = relative_pose(body, q, self.seen_from, self.seen)
-        count = np.arange(len(T_a_b))
-        return replace(self, time=count.astype(np.float64), q=np.asarray(q), rows=count, pose=T_a_b)
+        return self._error(self.predict(body))
 
     def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
         """See `Sense.linearize`."""
-        D = relative_pose_derivatives(reference, variables, x, self.q, self.seen_from, self.seen)
+        q = self.readings(reference.with_variables(variables, x)) if self.clock else self.q
+        D = relative_pose_derivatives(reference, variables, x, q, self.seen_from, self.seen)
         residual = self._error(D.pose)
         back = -np.swapaxes(lie.inverse_left_jacobian(residual[:, 3:]), 1, 2)
         by_parameter, by_joint = -D.by_parameter, -D.by_joint
         by_parameter[:, 3:] = back @ D.by_parameter[:, 3:]
         by_joint[:, 3:] = back @ D.by_joint[:, 3:]
-        return Linearized(residual, by_parameter, by_joint)
+        return self.late(Linearized(residual, by_parameter, by_joint), variables)
 
     def _error(self, predicted: Array) -> Array:
         turned = self.pose[:, :3, :3] @ np.swapaxes(predicted[:, :3, :3], 1, 2)

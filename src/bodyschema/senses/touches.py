@@ -12,8 +12,9 @@ d + w x (R_a_b v); so for a point off the origin the orientation of b matters.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Self
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,36 +23,37 @@ from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.points import DEFAULT_STD
-from bodyschema.senses.sense import Linearized, Sense, check_samples, counted
+from bodyschema.senses.sense import Linearized, Sense, check_samples
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Touches(Sense):
-    """Positions of points that move with one frame, given in that frame at each sample."""
+    """Positions (n, 3) m, in `seen_from`, of points of frame `seen` that are known there."""
 
-    position: Array = field(default_factory=lambda: np.empty((0, 3)))
-    """(n, 3) m, in frame `seen_from`."""
     touching: Array = field(default_factory=lambda: np.empty((0, 3)))
     """(n, 3) m, the same points in frame `seen`."""
 
+    measures = (("position", "m", 3),)
+
     def __post_init__(self) -> None:
-        check_samples(self, self.position, (3,))
+        check_samples(self, self.observed, (3,))
         check_samples(self, self.touching, (3,))
 
     @classmethod
-    def make(
+    def make(  # type: ignore[override]
         cls,
         q: ArrayLike,
         position: ArrayLike,
         touching: ArrayLike,
         seen_from: str,
         seen: str,
-        std: float = DEFAULT_STD,
+        std: float | Sequence[float] = DEFAULT_STD,
         time: ArrayLike | None = None,
         rows: ArrayLike | None = None,
-    ) -> Touches:
+        **more: Any,
+    ) -> Self:
         """Build from arrays.
 
         Args:
@@ -64,50 +66,36 @@ class Touches(Sense):
             std: noise of each coordinate of the two points' distance, m.
             time: (n,) s; 0, 1, 2, ... when None.
             rows: (n,) row numbers for messages; 0, 1, 2, ... when None.
+            more: `stated`, `clock`, `rate`.
         """
-        readings, times, numbers = counted(q, time, rows)
+        felt_at = np.atleast_2d(np.asarray(position, dtype=np.float64))
         v = np.asarray(touching, dtype=np.float64)
-        return cls(
-            time=times,
-            q=readings,
-            seen_from=seen_from,
-            seen=seen,
-            covariance=std**2 * np.eye(3),
-            rows=numbers,
-            position=np.atleast_2d(np.asarray(position, dtype=np.float64)),
-            touching=np.tile(v, (len(readings), 1)) if v.ndim == 1 else v,
-        )
+        points = np.tile(v, (len(felt_at), 1)) if v.ndim == 1 else v
+        return super().make(q, felt_at, seen_from, seen, std, time, rows, touching=points, **more)
 
     @property
-    def components(self) -> tuple[tuple[str, str, slice], ...]:
-        """One noise level for all three coordinates."""
-        return (("position", "m", slice(0, 3)),)
+    def position(self) -> Array:
+        """(n, 3) m, where it was felt, in `seen_from`."""
+        return self.observed
 
-    def residual(self, body: Body) -> Array:
-        """Where it was felt minus where the body says that it is, (n, 3) m, in `seen_from`."""
-        T_a_b = relative_pose(body, self.q, self.seen_from, self.seen)
-        return np.asarray(self.position - T_a_b[..., :3, 3] - _turned(T_a_b, self.touching))
+    @property
+    def label(self) -> str:
+        """Name for messages and reports, other than that of points of the same frame."""
+        return f"touch of {self.seen} on {self.seen_from}"
 
-    def imagined(self, body: Body, q: ArrayLike) -> Self:
-        """See `Sense.imagined`; the points that touch are taken in turn."""
-        T_a_b = relative_pose(body, q, self.seen_from, self.seen)
-        count = np.arange(len(T_a_b))
-        v = self.touching[count % len(self)] if len(self) else np.zeros((len(count), 3))
-        return replace(
-            self,
-            time=count.astype(np.float64),
-            q=np.asarray(q),
-            rows=count,
-            position=T_a_b[..., :3, 3] + _turned(T_a_b, v),
-            touching=v,
-        )
+    def predict(self, body: Body) -> Array:
+        """Where the body says that the touch is, (n, 3) m, in `seen_from`."""
+        T_a_b = relative_pose(body, self.readings(body), self.seen_from, self.seen)
+        return np.asarray(T_a_b[..., :3, 3] + _turned(T_a_b, self.touching))
 
     def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
         """See `Sense.linearize`."""
-        D = relative_pose_derivatives(reference, variables, x, self.q, self.seen_from, self.seen)
+        q = self.readings(reference.with_variables(variables, x)) if self.clock else self.q
+        D = relative_pose_derivatives(reference, variables, x, q, self.seen_from, self.seen)
         arm = _turned(D.pose, self.touching)
-        residual = self.position - D.pose[:, :3, 3] - arm
-        return Linearized(residual, -_moved(D.by_parameter, arm), -_moved(D.by_joint, arm))
+        residual = self.observed - D.pose[:, :3, 3] - arm
+        linear = Linearized(residual, -_moved(D.by_parameter, arm), -_moved(D.by_joint, arm))
+        return self.late(linear, variables)
 
 
 def _turned(T_a_b: Array, v: Array) -> Array:

@@ -33,10 +33,10 @@ def seen(kind: str, n: int, size: float, seed: int) -> tuple[Body, Points | Pose
     f = size * field(q)
     if kind == "points":
         sense = points(body, q, rng)
-        return body, replace(sense, position=sense.position + f[:, :3])
+        return body, replace(sense, observed=sense.position + f[:, :3])
     posed = poses(body, q, rng)
     R = lie.exp_so3(f[:, 3:]) @ posed.pose[:, :3, :3]
-    return body, replace(posed, pose=lie.transform(R, posed.pose[:, :3, 3] + f[:, :3]))
+    return body, replace(posed, observed=lie.transform(R, posed.pose[:, :3, 3] + f[:, :3]))
 
 
 def rms(residual: Array) -> Array:
@@ -79,7 +79,7 @@ def test_the_field_fades_far_from_what_was_seen() -> None:
 def test_outliers_are_left_out() -> None:
     body, training = seen("points", 80, 1.0, 1)
     good = np.arange(80) % 5 > 0
-    wild = replace(training, position=training.position + np.where(good, 0, 0.3)[:, None])
+    wild = replace(training, observed=training.position + np.where(good, 0, 0.3)[:, None])
     clean = learn_discrepancy(body, training.take(good), np.ones(64, dtype=bool))
     assert (learn_discrepancy(body, wild, good).coefficients == clean.coefficients).all()
 

@@ -89,7 +89,7 @@ def test_the_residual_field_corrects_what_no_offset_explains() -> None:
     q = postures(100, body, rng, 1.0)
     clean = points(body, q, rng)
     bend = 0.01 * np.sin(q @ [[1.0, 0, 1], [1, 1, 0], [0, -1, 2]])
-    senses = [replace(clean, position=clean.position + bend)]
+    senses = [replace(clean, observed=clean.position + bend)]
     learner, offsets = Solver(), free_joints(body, ["offsets"])
     cut = folds_of(senses, 4, 0)
     test = held_out(lambda s: learner.fit(body, offsets, s), senses, cut, learner, field=True)
@@ -132,9 +132,9 @@ def heavy_tailed(seen: Sense, noise: Array, freedom: float, rng: np.random.Gener
     stretch = 1 / np.sqrt(rng.chisquare(freedom, len(noise)) / freedom)
     more = noise * (stretch - 1)[:, None]
     if isinstance(seen, Points):
-        return replace(seen, position=seen.position + more)
+        return replace(seen, observed=seen.position + more)
     R = lie.exp_so3(more[:, 3:]) @ seen.pose[:, :3, :3]
-    return replace(seen, pose=lie.transform(R, seen.pose[:, :3, 3] + more[:, :3]))
+    return replace(seen, observed=lie.transform(R, seen.pose[:, :3, 3] + more[:, :3]))
 
 
 @pytest.mark.parametrize("sense", SENSES)

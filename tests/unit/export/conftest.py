@@ -96,7 +96,7 @@ def case() -> Case:
     truth = truth.with_placement("marker", lie.transform(np.eye(3), [0.03, 0.01, 0.06]))
     q = rng.uniform(-2, 2, (40, 4))
     seen = bodyschema.Points.make(q, np.zeros((40, 3)), "camera", "marker").imagined(truth, q)
-    noisy = replace(seen, position=seen.position + rng.normal(0, 1e-4, (40, 3)))
+    noisy = replace(seen, observed=seen.position + rng.normal(0, 1e-4, (40, 3)))
     calibration = bodyschema.calibrate(body, [noisy], {"camera": "no", "marker": "no"}, ["offsets"])
     return Case(calibration, nominal, source, truth)
 

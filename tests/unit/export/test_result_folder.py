@@ -139,7 +139,7 @@ def test_a_dh_table_becomes_a_urdf(tmp_path: Path, worst_pose: Difference) -> No
     truth = replace(body, offset=np.array([0.0, 0.05, -0.04, 0.03]))
     q = rng.uniform(-2, 2, (30, 4))
     seen = bodyschema.Points.make(q, np.zeros((30, 3)), "camera", "flange").imagined(truth, q)
-    noisy = replace(seen, position=seen.position + rng.normal(0, 1e-4, (30, 3)))
+    noisy = replace(seen, observed=seen.position + rng.normal(0, 1e-4, (30, 3)))
     calibration = bodyschema.calibrate(body, [noisy], {"camera": "roughly"}, ["offsets"], folds=2)
     assert calibration.verdict == "calibrated"
     out = tmp_path / "out"

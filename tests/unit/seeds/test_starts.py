@@ -62,7 +62,7 @@ def test_both_frames_are_found_when_half_of_the_poses_are_wrong(seed: int) -> No
     pose = seen.pose.copy()
     pose[bad] = [random_pose(rng, 1.0) for _ in bad]
     found = start_frames(
-        forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [replace(seen, pose=pose)]
+        forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [replace(seen, observed=pose)]
     )
     for frame in ("tracker", "tool"):
         shifted, turned = off(found, truth, frame)

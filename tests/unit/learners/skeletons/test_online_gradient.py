@@ -122,7 +122,7 @@ def test_millimetres_learn_as_metres_do(rule: str) -> None:
     big = in_mm.start(scaled.into(body), everything(body))
     for _ in range(20):
         sample = touch(truth, rng, "base", "tip")
-        mm = replace(sample, position=1e3 * sample.position, touching=1e3 * sample.touching)
+        mm = replace(sample, observed=1e3 * sample.position, touching=1e3 * sample.touching)
         small, big = learner.step(small, sample)[0], in_mm.step(big, mm)[0]
     assert big.skeleton.axes == pytest.approx(small.skeleton.axes, abs=1e-11)
     assert big.skeleton.links == pytest.approx(1e3 * small.skeleton.links, abs=1e-9)

@@ -1,0 +1,161 @@
+"""Parts: what a prediction needs besides frames and joints, each a short vector of named numbers.
+
+    lens      f_x f_y c_x c_y and OpenCV's distortion of a camera                      px, 1
+    load      ten roots eta of a pseudo-inertia (`inertia`): always a load that can exist
+    sensor    what is read = (1 + gain) * what is + offset, one of each for every channel
+    clock     lag of a stream behind the joint readings                                s
+    target    scale of a board, a tag or a tool that was drawn or measured in wrong units
+    drive     friction and offset of every joint's motor
+    constants anything else that a sense of your own wants to learn
+
+The chart of a part is plain addition: a load's positivity is in its roots already. Planes,
+mountings and the direction of gravity are frames of the body, and need no part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bodyschema.errors import InputError, did_you_mean
+from bodyschema.model.camera import Camera
+from bodyschema.model.inertia import Inertia, log_cholesky, phi_of_log_cholesky
+
+Array = NDArray[np.float64]
+
+LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+LENS_PRIOR = (0.02, 0.02, 0.02, 0.02, 0.1, 0.1, 0.01, 0.01, 0.1)
+"""Prior standard deviations: of f and c in units of f, of the distortion as it is."""
+
+ROOTS = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
+ROOT_PRIOR = (2.5, 1.2, 1.2, 1.2, 0.1, 0.1, 0.1, 0.5, 0.5, 0.5)
+"""Mass within a factor of 150, extent within 3, centre within 0.5 m: next to nothing is known."""
+
+USUAL_ROOTS = (0.5 * np.log(0.5), *[np.log(0.05)] * 3, *[0.0] * 6)
+"""Half a kilogram spread over 5 cm: where a load that nobody described begins."""
+
+LAG_PRIOR, SCALE_PRIOR, GAIN_PRIOR = 0.1, 0.05, 0.02
+"""s, 1 and 1: priors of a lag, of a target's scale and of a sensor's gain."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of the model."""
+
+    kind: str
+    """"lens", "load", "sensor", "clock", "target", "drive" or "constants"."""
+    names: tuple[str, ...]
+    """Of the numbers, without the part's own name."""
+    units: tuple[str, ...]
+    values: Array
+    """(k,) in these units."""
+    prior_std: Array
+    """(k,) how wrong each may be, where the user says nothing else."""
+
+    def __post_init__(self) -> None:
+        sizes = {len(self.names), len(self.units), *self.values.shape, *self.prior_std.shape}
+        if len(sizes) != 1 or not np.isfinite(self.values).all():
+            raise InputError(
+                f"a part of kind '{self.kind}' needs as many finite values, units and priors as "
+                f"names: {len(self.names)} names, {len(self.units)} units, values {self.values}."
+            )
+
+    def moved(self, at: NDArray[np.int64], by: Array) -> Part:
+        """The part whose numbers `at` (m,) have moved by (m,)."""
+        values = self.values.copy()
+        values[at] += by
+        return replace(self, values=values)
+
+    def __getitem__(self, name: str) -> float:
+        """One number by its name."""
+        if name not in self.names:
+            raise InputError(f"no '{name}' in a {self.kind}{did_you_mean(name, self.names)}")
+        return float(self.values[self.names.index(name)])
+
+
+def lens(camera: Camera) -> Part:
+    """The lens of a camera: focal lengths, centre, and five coefficients of distortion.
+
+    Raises:
+        InputError: the camera has the rational or thin-prism terms of a longer model.
+    """
+    distortion = np.zeros(5)
+    distortion[: len(camera.distortion[:5])] = camera.distortion[:5]
+    if camera.distortion[5:].any():
+        raise InputError(
+            f"camera '{camera.name}' has {len(camera.distortion)} distortion coefficients; a lens "
+            "that is to be learned has k1 k2 p1 p2 k3."
+        )
+    scale = np.array([*[float(camera.matrix[0, 0])] * 4, *[1.0] * 5])
+    units = ("px",) * 4 + ("1",) * 5
+    values = np.concatenate([camera.intrinsics, distortion])
+    return Part("lens", LENS, units, values, scale * LENS_PRIOR)
+
+
+def load(inertia: Inertia | None = None) -> Part:
+    """A load in its own frame; None for one of which nothing is known.
+
+    Raises:
+        InputError: no distribution of positive mass has this inertia.
+    """
+    eta = np.array(USUAL_ROOTS) if inertia is None else log_cholesky(inertia.phi)
+    units = ("1",) * 7 + ("m",) * 3
+    return Part("load", ROOTS, units, eta, np.array(ROOT_PRIOR))
+
+
+def load_phi(part: Part) -> tuple[Array, Array]:
+    """Inertial parameters of a load, (10,), and their derivatives by its roots, (10, 10)."""
+    phi, slope = phi_of_log_cholesky(part.values)
+    return phi, slope
+
+
+def sensor(channels: Sequence[str], unit: Sequence[str], offset_std: ArrayLike) -> Part:
+    """Offset and gain of every channel of a sensor, both zero at first.
+
+    Args:
+        channels: names, such as "fx" or "ax".
+        unit: of each channel.
+        offset_std: (k,) or a number: prior of the offsets, in these units.
+    """
+    names = tuple(f"offset_{c}" for c in channels) + tuple(f"gain_{c}" for c in channels)
+    k = len(channels)
+    std = np.concatenate([np.broadcast_to(offset_std, k), np.full(k, GAIN_PRIOR)])
+    return Part("sensor", names, (*unit, *["1"] * k), np.zeros(2 * k), std.astype(np.float64))
+
+
+def force_sensor() -> Part:
+    """Offsets and gains of a six-axis force and torque sensor."""
+    channels = ("fx", "fy", "fz", "tx", "ty", "tz")
+    return sensor(channels, ("N",) * 3 + ("Nm",) * 3, [50.0] * 3 + [5.0] * 3)
+
+
+def accelerometer() -> Part:
+    """Offsets and gains of a three-axis accelerometer."""
+    return sensor(("ax", "ay", "az"), ("m/s^2",) * 3, 1.0)
+
+
+def clock(lag: float = 0.0) -> Part:
+    """How long before its time stamp a stream was taken, s."""
+    return Part("clock", ("lag",), ("s",), np.array([lag]), np.array([LAG_PRIOR]))
+
+
+def target(scale: float = 1.0) -> Part:
+    """The scale of a target's own coordinates."""
+    return Part("target", ("scale",), ("1",), np.array([scale]), np.array([SCALE_PRIOR]))
+
+
+def constants(
+    values: Mapping[str, float], units: Mapping[str, str], prior_std: Mapping[str, float]
+) -> Part:
+    """Numbers that a sense of your own wants to learn, with a unit and a prior each."""
+    names = tuple(values)
+    return Part(
+        "constants",
+        names,
+        tuple(units[name] for name in names),
+        np.array([values[name] for name in names], dtype=np.float64),
+        np.array([prior_std[name] for name in names], dtype=np.float64),
+    )
