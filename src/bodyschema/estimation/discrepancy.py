@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, lapack
 from scipy.optimize import minimize
 
 from bodyschema.model.tree import Body
@@ -31,6 +31,9 @@ MOST_SAMPLES = 400
 
 SMALLEST_SIZE = 1e-12
 """m or rad: exact (simulated) samples must not divide by zero."""
+
+IMPOSSIBLE = 1e25
+"""Negative log likelihood of a covariance that rounding has made indefinite."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,7 @@ def learn_discrepancy(body: Body, sense: Sense, good: NDArray[np.bool_]) -> Disc
     parts = [residual[:, part] for _, _, part in sense.components]
     sizes = np.array([max(np.sqrt(np.mean(part**2)), SMALLEST_SIZE) for part in parts])
 
-    theta, gain = _most_likely(
+    theta, gain = most_likely(
         kept.q, [part / size for part, size in zip(parts, sizes, strict=True)]
     )
     # A field has to pay for its parameters (Schwarz 1978), or there is none.
@@ -99,35 +102,81 @@ def learn_discrepancy(body: Body, sense: Sense, good: NDArray[np.bool_]) -> Disc
     )
 
 
-def _most_likely(q: Array, parts: Sequence[Array]) -> tuple[Array, float]:
+def most_likely(q: Array, parts: Sequence[Array]) -> tuple[Array, float]:
     """Logarithms of l, then A and N of each part (scaled to size 1), and the likelihood gained."""
-
-    def objective(theta: Array) -> float:
-        kernel = matern(q, q, np.exp(theta[0]))
-        pairs = zip(parts, theta[1::2], theta[2::2], strict=True)
-        return float(sum(_nll(part, kernel, a, n) for part, a, n in pairs))
-
     start = np.array([0.0, *np.tile(np.log(np.sqrt(0.5)), 2 * len(parts))])
     bounds = [(-3.0, 2.5), *[(-5.0, 2.0)] * (2 * len(parts))]
-    best = minimize(objective, start, method="L-BFGS-B", bounds=bounds)
-    none = np.zeros((len(q), len(q)))
-    white = sum(_nll(part, none, 0.0, 0.0) for part in parts)
+    told = (distances(q, q), parts)
+    best = minimize(unlikelihood, start, told, "L-BFGS-B", jac=True, bounds=bounds)
+    white = 0.5 * sum(float(np.sum(part**2)) for part in parts)
     return np.asarray(best.x), float(white - best.fun)
+
+
+def unlikelihood(theta: Array, gap: Array, parts: Sequence[Array]) -> tuple[float, Array]:
+    """Negative log likelihood of all parts, up to a constant, and its slope.
+
+    Args:
+        theta: logarithms of l, then A and N of each part.
+        gap: (n, n) distances between the postures.
+        parts: (n, m) residuals of each component.
+    """
+    s = np.sqrt(3.0) * np.exp(-theta[0]) * gap
+    fading = np.exp(-s)
+    by_length = s * fading
+    kernel = fading + by_length
+    by_length *= s
+    total, slope = 0.0, np.zeros_like(theta)
+    for i, part in enumerate(parts):
+        amplitude, noise = 2 * i + 1, 2 * i + 2
+        value, by_log = _of_part(part, kernel, by_length, theta[amplitude], theta[noise])
+        total += value
+        slope[[0, amplitude, noise]] += by_log
+    return total, slope
+
+
+def _of_part(
+    r: Array, kernel: Array, by_length: Array, log_amplitude: float, log_noise: float
+) -> tuple[float, Array]:
+    """Negative log likelihood of columns r ~ N(0, K), K = A^2 kernel + N^2 1, up to a constant.
+
+    With alpha = K^-1 r and m columns its slope along any change of K is
+
+        (m tr(K^-1 dK) - tr(alpha^T dK alpha)) / 2,
+
+    dK = A^2 `by_length`, 2 A^2 kernel and 2 N^2 1 for the logarithms of l, A and N.
+
+    Returns:
+        The value, and its slopes by the logarithms of l, A and N (3,).
+    """
+    A2, N2 = np.exp(2 * log_amplitude), np.exp(2 * log_noise)
+    K = A2 * kernel
+    K.flat[:: len(r) + 1] += N2
+    # Transposed, a symmetric matrix is in LAPACK's order and is worked on in place.
+    L, failed = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
+    if failed:
+        return IMPOSSIBLE, np.zeros(3)
+    n, m = r.shape
+    half_logdet = float(np.sum(np.log(np.diag(L))))
+    alpha, _ = lapack.dpotrs(L, r, lower=1)
+    inverse, _ = lapack.dpotri(L, lower=1, overwrite_c=1)
+    explained, trace = float(np.sum(r * alpha)), float(np.trace(inverse))
+    # Only the lower triangle of the inverse is filled; the diagonal of `by_length` is zero.
+    traced = float(np.vdot(inverse.T, by_length))
+    longer = A2 * (m * traced - 0.5 * float(np.sum(alpha * (by_length @ alpha))))
+    noisier = N2 * (m * trace - float(np.sum(alpha**2)))
+    larger = m * n - explained - noisier  # A^2 kernel = K - N^2 1
+    return 0.5 * explained + m * half_logdet, np.array([longer, larger, noisier])
+
+
+def distances(q: Array, other: Array) -> Array:
+    """|q - q'| of postures, (m, n_joints) and (n, n_joints) -> (m, n)."""
+    squared = np.zeros((len(q), len(other)))
+    for one, two in zip(q.T, other.T, strict=True):
+        squared += np.subtract.outer(one, two) ** 2
+    return np.asarray(np.sqrt(squared))
 
 
 def matern(q: Array, other: Array, length: float) -> Array:
     """Matern-3/2 correlation of postures, (m, n_joints) and (n, n_joints) -> (m, n)."""
-    gap = np.linalg.norm(q[:, None] - other[None], axis=2)
-    s = np.sqrt(3.0) * gap / length
+    s = np.sqrt(3.0) * distances(q, other) / length
     return np.asarray((1 + s) * np.exp(-s))
-
-
-def _nll(r: Array, kernel: Array, log_amplitude: float, log_noise: float) -> float:
-    """Negative log likelihood of columns r ~ N(0, A^2 kernel + N^2 1), up to a constant."""
-    K = np.exp(2 * log_amplitude) * kernel + np.exp(2 * log_noise) * np.eye(len(r))
-    try:
-        factor = cho_factor(K, lower=True)
-    except LinAlgError:
-        return 1e25
-    logdet = 2 * float(np.sum(np.log(np.diag(factor[0]))))
-    return float(0.5 * (np.sum(r * cho_solve(factor, r)) + r.shape[1] * logdet))

@@ -7,9 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from bodyschema import lie
-from bodyschema.estimation.discrepancy import MOST_SAMPLES, learn_discrepancy, matern
+from bodyschema.estimation.discrepancy import (
+    MOST_SAMPLES,
+    distances,
+    learn_discrepancy,
+    matern,
+    most_likely,
+    unlikelihood,
+)
 from bodyschema.model.tree import Body
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
@@ -97,6 +105,50 @@ def test_exact_samples_need_no_field() -> None:
     exact = training.imagined(body, training.q)
     found = learn_discrepancy(body, exact, np.ones(30, dtype=bool))
     assert np.abs(found.predict(training.q)).max() < 1e-12
+
+
+def white_and_smooth(seed: int, n: int) -> tuple[Array, list[Array]]:
+    """Postures, and two parts of a residual that are about as smooth as they are noisy."""
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-1.5, 1.5, (n, 3))
+    smooth = np.sin(q[:, :1] + q[:, 1:2]) * [1, 0.5, -0.3]
+    parts = [smooth + rng.normal(size=(n, 3)), 0.8 * smooth[:, :2] + rng.normal(size=(n, 2))]
+    return q, [part / np.sqrt(np.mean(part**2)) for part in parts]
+
+
+def negative_log_likelihood(theta: Array, q: Array, parts: list[Array]) -> float:
+    """The objective as its definition reads."""
+    total, kernel = 0.0, matern(q, q, float(np.exp(theta[0])))
+    for r, a, n in zip(parts, theta[1::2], theta[2::2], strict=True):
+        K = np.exp(2 * a) * kernel + np.exp(2 * n) * np.eye(len(q))
+        explained = float(np.sum(r * np.linalg.solve(K, r)))
+        total += 0.5 * (explained + r.shape[1] * np.linalg.slogdet(K)[1])
+    return total
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_likelihood_and_its_slope(seed: int) -> None:
+    q, parts = white_and_smooth(seed, 40)
+    gap = distances(q, q)
+    theta = np.random.default_rng(seed).uniform(-1, 1, 5)
+    value, slope = unlikelihood(theta, gap, parts)
+    assert value == pytest.approx(negative_log_likelihood(theta, q, parts), rel=1e-12)
+    steps = 1e-5 * np.eye(5)
+    forth = [unlikelihood(theta + d, gap, parts)[0] for d in steps]
+    back = [unlikelihood(theta - d, gap, parts)[0] for d in steps]
+    differences = (np.array(forth) - back) / 2e-5
+    assert np.abs(slope - differences).max() < 1e-6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_optimum_is_that_of_finite_differences(seed: int) -> None:
+    q, parts = white_and_smooth(seed, 60)
+    theta, gain = most_likely(q, parts)
+    bounds = [(-3.0, 2.5), *[(-5.0, 2.0)] * 4]
+    plain = minimize(negative_log_likelihood, theta + 0.3, (q, parts), "L-BFGS-B", bounds=bounds)
+    assert np.abs(theta - plain.x).max() < 2e-3
+    white = 0.5 * sum(np.sum(part**2) for part in parts)
+    assert gain == pytest.approx(white - plain.fun, abs=1e-4)
 
 
 def test_matern_is_its_formula() -> None:
