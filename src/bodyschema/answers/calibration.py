@@ -9,26 +9,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.answers.accuracy import Accuracy
 from bodyschema.estimation.clock import ClockCheck
 from bodyschema.estimation.discrepancy import Discrepancy
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.held_out import Errors
 from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.estimation.prediction import PredictedError
 from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 Verdict = Literal["calibrated", "learned", "only frames", "refused"]
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """Held-out errors, over the rows that are no outliers."""
-
-    position: Errors
-    """m."""
-    rotation: Errors | None
-    """rad; None where no pose was seen."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +62,7 @@ class Calibration:
     predicted_anywhere: tuple[PredictedError, ...]
     """The same over postures anywhere within the joint limits."""
     agreement: float
-    """Share of held-out positions within their predicted 95 % bounds; noise in, outliers out."""
+    """Share of held-out errors within their predicted 95 % bounds; noise in, outliers out."""
     identifiability: Identifiability
     outliers: tuple[int, ...]
     """Row numbers."""

@@ -15,8 +15,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.answers.accuracy import Accuracy, change_in_words, main_in_words
 from bodyschema.answers.calibration import (
-    Accuracy,
     Calibration,
     Candidate,
     Verdict,
@@ -27,7 +27,7 @@ from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.clock import check_clock
 from bodyschema.estimation.discrepancy import learn_discrepancy
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.held_out import Errors, HeldOut, folds_of, held_out, outlier_free, sizes
+from bodyschema.estimation.held_out import HeldOut, folds_of, held_out, outlier_free
 from bodyschema.estimation.identifiability import (
     identifiability,
     random_postures,
@@ -82,9 +82,9 @@ def judged(
     candidates = _candidates(problem, tests, senses, good)
     chosen = _choose(tests, candidates) if choose else models[-1]
     modelled = judge((), problem.fit, False)
-    nominal = _accuracy(senses, modelled.residuals, good)
+    nominal = Accuracy.of(senses, modelled.residuals, good)
     final = judge(chosen, fitted, True, field=True)
-    corrected = _accuracy(senses, final.residuals, good)
+    corrected = Accuracy.of(senses, final.residuals, good)
     progress("fit to all samples")
     fit = fullest if chosen == models[-1] else fitted(problem.variables(chosen), senses)
     anywhere = random_postures(body, ANYWHERE, np.random.default_rng(seed))
@@ -97,7 +97,7 @@ def judged(
         candidates=candidates,
         nominal=nominal,
         held_out=corrected,
-        with_field=_accuracy(senses, final.corrected, good),
+        with_field=Accuracy.of(senses, final.corrected, good),
         nominal_residuals=modelled.residuals,
         residuals=final.residuals,
         fields={
@@ -133,8 +133,9 @@ def _agreement(
     freedom: float,
 ) -> float:
     inside = [
-        within_prediction(fit, sense, level, residual, freedom)["position"][mask]
+        share[mask]
         for sense, level, residual, mask in zip(senses, fit.levels, residuals, good, strict=True)
+        for share in within_prediction(fit, sense, level, residual, freedom).values()
     ]
     return float(np.mean(np.concatenate(inside)))
 
@@ -144,10 +145,10 @@ def _choose(
 ) -> tuple[str, ...]:
     """The simplest model that the best one does not beat convincingly.
 
-    Models with a larger held-out rms error than the frames alone do not compete.
+    Models with larger held-out errors than the frames alone do not compete.
     """
-    limit = candidates[0].accuracy.position.rms
-    eligible = [c.groups for c in candidates if c.accuracy.position.rms <= limit]
+    frames = candidates[0].accuracy
+    eligible = [c.groups for c in candidates if not c.accuracy.worse_than(frames)]
     best = min((tests[model] for model in eligible), key=lambda test: float(np.mean(test.scores)))
     return next(model for model in eligible if _behind(tests[model], best) < CONVINCING)
 
@@ -157,17 +158,6 @@ def _behind(test: HeldOut, other: HeldOut) -> float:
     excess = test.scores - other.scores
     error = float(np.std(excess) / np.sqrt(len(excess)))
     return float(np.mean(excess)) / error if error > 0 else 0.0
-
-
-def _accuracy(
-    senses: Sequence[Sense], residuals: Sequence[Array], good: Sequence[NDArray[np.bool_]]
-) -> Accuracy:
-    def errors(component: str) -> Array:
-        pairs = zip(senses, residuals, good, strict=True)
-        return np.concatenate([sizes(sense, r[mask], component) for sense, r, mask in pairs])
-
-    rotation = errors("rotation")
-    return Accuracy(Errors.of(errors("position")), Errors.of(rotation) if len(rotation) else None)
 
 
 def _candidates(
@@ -183,7 +173,7 @@ def _candidates(
             n_parameters=len(problem.variables(model)),
             score=float(np.mean(test.scores)),
             behind=_behind(test, best),
-            accuracy=_accuracy(senses, test.residuals, good),
+            accuracy=Accuracy.of(senses, test.residuals, good),
         )
         for model, test in tests.items()
     )
@@ -200,18 +190,18 @@ def _verdict(
         frames: with the frames alone fitted.
         corrected: of the corrected body.
     """
-    before, plain, after = (1e3 * a.position.rms for a in (nominal, frames, corrected))
-    if after > before or (chosen and after > plain):
+    if corrected.worse_than(nominal) or (chosen and corrected.worse_than(frames)):
         return "refused", (
-            f"Fitting {describe_groups(chosen)} makes the held-out error worse: {after:.2f} mm "
-            f"rms, against {before:.2f} as modelled and {plain:.2f} with the frames alone."
+            f"Fitting {describe_groups(chosen)} makes the held-out error worse: "
+            f"{main_in_words(corrected)} rms, against {main_in_words(nominal)} as modelled and "
+            f"{main_in_words(frames)} with the frames alone."
         )
     if chosen:
         return "calibrated", (
-            f"The held-out error falls from {before:.2f} to {after:.2f} mm rms when "
+            f"The held-out error falls {change_in_words(nominal, corrected)} when "
             f"{describe_groups(chosen)} are corrected."
         )
     return "only frames", (
-        f"Correcting the joints does not help: the held-out error is {after:.2f} mm rms with the "
-        "frames placed and the joints left as modelled."
+        f"Correcting the joints does not help: the held-out error is {main_in_words(corrected)} "
+        "rms with the frames placed and the joints left as modelled."
     )

@@ -175,7 +175,7 @@ def _check_senses(body: Body, senses: Sequence[Sense]) -> None:
 
 
 def _verdict(found: Calibration) -> tuple[Verdict, str]:
-    before, after = (1e3 * a.position.rms for a in (found.nominal, found.held_out))
+    before, after = (1e3 * a.main[2].rms for a in (found.nominal, found.held_out))
     errors = f"{after:.2f} mm rms, against {before:.2f} for markers that stand still"
     if after > KNOWN * before:
         return "refused", (

@@ -10,11 +10,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from bodyschema.answers.calibration import Accuracy, Calibration, describe_groups
+from bodyschema.answers.calibration import Calibration, describe_groups
 from bodyschema.estimation.clock import FALSE_ALARM
-from bodyschema.estimation.held_out import Errors
 from bodyschema.export.calibration_yaml import OPEN, predicted_errors, skeleton_entries
-from bodyschema.report.units import SHOWN
+from bodyschema.units import read_as
 
 MOST_SENTENCES = 5
 """Sentences on what the data cannot tell that the terminal shows; the files hold all."""
@@ -33,9 +32,9 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "learner": calibration.learner,
         "groups": list(calibration.groups),
         "skeleton": skeleton_entries(calibration),
-        "nominal": accuracy_json(calibration.nominal),
-        "held_out": accuracy_json(calibration.held_out),
-        "held_out_with_residual_field": accuracy_json(calibration.with_field),
+        "nominal": calibration.nominal.document(),
+        "held_out": calibration.held_out.document(),
+        "held_out_with_residual_field": calibration.with_field.document(),
         "predicted": predicted_errors(calibration),
         "agreement": calibration.agreement,
         "models": [
@@ -44,7 +43,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
                 "parameters": candidate.n_parameters,
                 "score": candidate.score,
                 "standard_errors_behind": candidate.behind,
-                **accuracy_json(candidate.accuracy),
+                **candidate.accuracy.document(),
             }
             for candidate in calibration.candidates
         ],
@@ -70,18 +69,6 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "converged": calibration.fit.converged,
         "seconds": calibration.seconds,
     }
-
-
-def accuracy_json(accuracy: Accuracy) -> dict[str, Any]:
-    """Errors in mm and deg; no rotation where none was seen."""
-    shown = {"position_mm": _errors(accuracy.position, 1e3)}
-    if accuracy.rotation is not None:
-        shown["rotation_deg"] = _errors(accuracy.rotation, 180 / math.pi)
-    return shown
-
-
-def _errors(errors: Errors, scale: float) -> dict[str, float]:
-    return {name: scale * getattr(errors, name) for name in ("rms", "median", "max")}
 
 
 def print_answer(console: Console, document: Mapping[str, Any]) -> None:
@@ -120,7 +107,7 @@ def _prediction(document: Mapping[str, Any]) -> str:
     return (
         f"Predicted error of the corrected body, noise apart: 95 % below "
         f"[bold]{worst['position_mm_95']:.2f} mm[/] in the postures seen, {anywhere:.2f} mm "
-        f"anywhere; {100 * document['agreement']:.0f} % of the held-out positions lie within "
+        f"anywhere; {100 * document['agreement']:.0f} % of the held-out errors lie within "
         "their bounds.\n"
     )
 
@@ -152,20 +139,23 @@ def _error_table(document: Mapping[str, Any]) -> Table:
     table = Table(title=f"Held-out error over {document['rows']} rows", title_justify="left")
     held_out, learned = document["held_out"], document.get("skeleton")
     corrected = describe_groups(document["groups"]) + " corrected"
-    posed = held_out["after"]["rotation_deg"] is not None
-    heads = ("", "rms mm", "median mm", "max mm", *(("rms deg",) if posed else ()))
-    for head in heads:
-        table.add_column(head, justify="left" if not head else "right")
     named = (
         ("markers that stand still" if learned else "as modelled", held_out["before"]),
         ("the learned skeleton" if learned else corrected, held_out["after"]),
         ("... with the residual field", held_out["after_with_residual_field"]),
     )
-    for name, accuracy in named:
-        cells = [_number(accuracy["position_mm"][k], 2) for k in ("rms", "median", "max")]
-        if posed:
-            cells.append(_number(accuracy["rotation_deg"]["rms"], 3))
-        table.add_row(name, *cells)
+    seen = [name for name, errors in held_out["after"].items() if errors is not None]
+    seen.sort(key=lambda name: name != "position_mm")
+    table.add_column("")
+    for i, name in enumerate(seen):
+        for what in ("rms", "median", "max") if i == 0 else ("rms",):
+            quantity, unit = name.rsplit("_", 1)
+            head = f"{what} {unit}" if quantity in ("position", "rotation") else f"{what} {name}"
+            table.add_column(head, justify="right")
+    for what, accuracy in named:
+        cells = [_number(accuracy[seen[0]][k], 2) for k in ("rms", "median", "max")]
+        cells += [_number(accuracy[name]["rms"], 3) for name in seen[1:]]
+        table.add_row(what, *cells)
     return table
 
 
@@ -187,7 +177,7 @@ def _parameter_table(variables: Sequence[Mapping[str, Any]]) -> Table:
     for head in ("parameter", "value", "± std", "unit"):
         table.add_column(head, justify="left" if head in ("parameter", "unit") else "right")
     for entry in variables:
-        scale, shown = SHOWN[entry["unit"]]
+        scale, shown = read_as(entry["unit"])
         std = entry["std"]
         bar = "not determined" if std is None else f"{scale * std:.3f}"
         table.add_row(escape(entry["name"]), f"{scale * entry['value']:+.3f}", bar, shown)

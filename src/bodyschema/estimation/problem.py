@@ -6,7 +6,7 @@ It refuses what cannot be calibrated before any time is spent, and makes a fit o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -18,10 +18,9 @@ from bodyschema.estimation.solver import Solver
 from bodyschema.model.kernels import PRISMATIC
 from bodyschema.model.kinematics import path_between
 from bodyschema.model.tree import Body
-from bodyschema.model.variables import Variables, free_frame, free_joints, join
+from bodyschema.model.variables import Variables, free_frame, free_joints, free_part, join
 from bodyschema.seeds.starts import start_frames
-from bodyschema.senses.poses import Poses
-from bodyschema.senses.sense import Sense
+from bodyschema.senses.sense import PLACEMENT, Sense
 
 Array = NDArray[np.float64]
 Senses = Sequence[Sense]
@@ -50,43 +49,51 @@ class Problem:
     """Joints that may be wrong."""
     learner: Solver = Solver()  # noqa: RUF009  (frozen settings)
 
+    parts: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
+    """Parts of the body that are free in every model, and which of their numbers; None for all."""
+
     @property
     def unknown(self) -> tuple[str, ...]:
         """Frames without a first value."""
         return tuple(frame for frame, known in self.frames.items() if known == "no")
 
     def variables(self, groups: Sequence[str], roughly: bool = True) -> Variables:
-        """The parameters of a model: joint groups, unknown frames, and frames known roughly."""
-        parts = [free_joints(self.body, groups, self.joints)]
+        """The variables of a model: joint groups, unknown frames and parts, and what is known
+        roughly."""
+        free = [free_joints(self.body, groups, self.joints)]
         for frame, known in self.frames.items():
-            turns = self._turns(frame)
+            seen = self._shown(frame)
             if known == "no":
-                parts.append(free_frame(self.body, frame, turn_std=1.0 if turns else None))
+                free.append(free_frame(self.body, frame, only=seen))
             elif roughly:
-                parts.append(
-                    free_frame(self.body, frame, ROUGHLY[0], ROUGHLY[1] if turns else None)
-                )
-        return join(*parts)
+                free.append(free_frame(self.body, frame, *ROUGHLY, only=seen))
+        return join(*free, *(free_part(self.body, part, some) for part, some in self.parts.items()))
 
     def fit(self, variables: Variables, senses: Senses) -> Estimate:
         """Place the unknown frames by closed form, then fit."""
         body = start_frames(self.body, self.unknown, senses)
         return self.learner.fit(body, variables, senses)
 
-    def _turns(self, frame: str) -> bool:
-        """Whether anything seen depends on the orientation of a frame."""
-        k = self.body.frame_index(frame)
-        carries = bool(np.any(self.body.parent == k))
-        looks = any(sense.seen_from == frame for sense in self.senses)
-        posed = any(sense.seen == frame and isinstance(sense, Poses) for sense in self.senses)
-        return carries or looks or posed
+    def _shown(self, frame: str) -> frozenset[str]:
+        """The components of a frame's placement on which anything seen depends."""
+        node = self.body.frame_index(frame)
+        if (self.body.parent == node).any():
+            return frozenset(PLACEMENT)
+        ends = [
+            shown
+            for sense in self.senses
+            for pair in sense.pairs
+            for end, shown in zip(pair, sense.shows, strict=True)
+            if end == frame
+        ]
+        return frozenset(name for shown in ends for name in shown)
 
 
 def moved_joints(body: Body, senses: Senses) -> tuple[str, ...]:
     """Joints that lie between the ends of some sense."""
     between = set()
-    for sense in senses:
-        path, _ = path_between(body, sense.seen_from, sense.seen)
+    for a, b in (pair for sense in senses for pair in sense.pairs):
+        path, _ = path_between(body, a, b)
         between |= {int(body.driver[k]) for k in path if body.driver[k] >= 0}
     return tuple(body.joints[j] for j in sorted(between))
 

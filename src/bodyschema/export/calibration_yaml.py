@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from bodyschema.answers.calibration import Accuracy, Calibration, Candidate
+from bodyschema.answers.accuracy import Accuracy
+from bodyschema.answers.calibration import Calibration, Candidate
 from bodyschema.errors import InputError
-from bodyschema.estimation.held_out import Errors
 from bodyschema.export.documents import rounded, versions, yaml_text
 
 OPEN = 0.5
@@ -167,19 +167,12 @@ def _parameters(calibration: Calibration) -> list[dict[str, Any]]:
 
 
 def _accuracy(accuracy: Accuracy) -> dict[str, Any]:
-    rotation = accuracy.rotation
     return {
-        "position_mm": _errors(accuracy.position, 1e3),
-        "rotation_deg": None if rotation is None else _errors(rotation, 180 / np.pi),
-    }
-
-
-def _errors(errors: Errors, scale: float) -> dict[str, float | None]:
-    """In the unit that `scale` of them make one SI unit of."""
-    return {
-        "rms": rounded(scale * errors.rms),
-        "median": rounded(scale * errors.median),
-        "max": rounded(scale * errors.max),
+        "rotation_deg": None,
+        **{
+            name: {k: rounded(v) for k, v in errors.items()}
+            for name, errors in accuracy.document().items()
+        },
     }
 
 
@@ -189,5 +182,5 @@ def _candidate(candidate: Candidate) -> dict[str, Any]:
         "n_parameters": candidate.n_parameters,
         "score": rounded(candidate.score),
         "behind_best": rounded(candidate.behind),
-        "position_rms_mm": rounded(1e3 * candidate.accuracy.position.rms),
+        "rms": {k: rounded(v["rms"]) for k, v in candidate.accuracy.document().items()},
     }

@@ -6,15 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bodyschema.answers import calibration as answer
+from bodyschema.answers.accuracy import Accuracy
+from bodyschema.answers.calibration import Candidate, describe_groups
 from bodyschema.estimation.held_out import Errors
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
-from bodyschema.report.units import ABSENT, millimetres, shown, significant
+from bodyschema.units import ABSENT, millimetres, read_as, shown, significant
 
 
 @dataclass(frozen=True)
-class Accuracy:
+class AccuracySection:
     """Tables of held-out errors."""
 
     evidence: Evidence
@@ -30,7 +31,7 @@ class Accuracy:
         )
         return render(
             "accuracy.html",
-            posed=c.held_out.rotation is not None,
+            heads=_heads(c.held_out),
             bodies=[(name, _cells(accuracy)) for name, accuracy in bodies],
             senses=self._senses(),
             models=[self._model(candidate) for candidate in c.candidates],
@@ -65,21 +66,37 @@ class Accuracy:
                 )
         return listed
 
-    def _model(self, candidate: answer.Candidate) -> tuple[str, str, str, str, bool]:
+    def _model(self, candidate: Candidate) -> tuple[str, str, str, str, bool]:
         return (
-            answer.describe_groups(candidate.groups),
+            describe_groups(candidate.groups),
             str(candidate.n_parameters),
-            shown(candidate.accuracy.position.rms, "m"),
+            shown(candidate.accuracy.main[2].rms, candidate.accuracy.main[1]),
             f"{candidate.behind:.1f}",
             candidate.groups == self.evidence.calibration.groups,
         )
 
 
-def _cells(accuracy: answer.Accuracy) -> tuple[str, ...]:
-    position, rotation = accuracy.position, accuracy.rotation
-    cells = [millimetres(v) for v in (position.rms, position.median, position.max)]
-    if rotation is not None:
-        cells += [significant(np.degrees(v)) for v in (rotation.rms, rotation.max)]
+def _heads(accuracy: Accuracy) -> list[str]:
+    """Column titles: three for what the answer speaks of, two for each other component."""
+    heads: list[str] = []
+    for i, (name, unit) in enumerate(accuracy.errors):
+        word = (
+            read_as(unit)[1] if name in ("position", "rotation") else f"{name} {read_as(unit)[1]}"
+        )
+        kinds = ("rms", "median", "largest") if i == 0 else ("rms", "largest")
+        heads += [f"{kind} {word}" for kind in kinds]
+    return heads
+
+
+def _cells(accuracy: Accuracy) -> tuple[str, ...]:
+    cells: list[str] = []
+    for i, ((_, unit), errors) in enumerate(accuracy.errors.items()):
+        values = (errors.rms, errors.median, errors.max) if i == 0 else (errors.rms, errors.max)
+        scale = read_as(unit)[0]
+        write = (
+            millimetres if unit == "m" else lambda value, scale=scale: significant(scale * value)
+        )
+        cells += [write(value) for value in values]
     return tuple(cells)
 
 

@@ -14,7 +14,7 @@ from bodyschema.report.evidence import Evidence
 from bodyschema.report.figure import AFTER, BEFORE, INK, svg
 from bodyschema.report.page import render
 from bodyschema.report.residuals import WIDTH
-from bodyschema.report.units import listed
+from bodyschema.units import listed
 
 Array = NDArray[np.float64]
 

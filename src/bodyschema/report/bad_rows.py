@@ -10,7 +10,7 @@ import numpy as np
 from bodyschema.estimation.clock import FALSE_ALARM
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
-from bodyschema.report.units import listed, shown
+from bodyschema.units import listed, shown
 
 MOST_ROWS = 40
 MOST_GOOD = 5

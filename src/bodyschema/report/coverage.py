@@ -13,7 +13,7 @@ from bodyschema.report.figure import AFTER, INK, svg
 from bodyschema.report.joint_space import joint_unit
 from bodyschema.report.page import render
 from bodyschema.report.residuals import WIDTH
-from bodyschema.report.units import listed
+from bodyschema.units import listed
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from bodyschema.report.evidence import Evidence
 from bodyschema.report.figure import AFTER, BEFORE, GREY, INK, plain, svg
 from bodyschema.report.page import render
 from bodyschema.report.residuals import WIDTH
-from bodyschema.report.units import shown
+from bodyschema.units import shown
 
 Array = NDArray[np.float64]
 

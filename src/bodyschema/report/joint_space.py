@@ -13,8 +13,8 @@ from bodyschema.model.kernels import PRISMATIC
 from bodyschema.report.evidence import Evidence, spread
 from bodyschema.report.figure import AFTER, BEFORE, log_scale, svg
 from bodyschema.report.page import render
-from bodyschema.report.residuals import SMALLEST, WIDTH
-from bodyschema.report.units import SHOWN
+from bodyschema.report.residuals import SMALLEST, SMALLEST_OTHER, WIDTH
+from bodyschema.units import read_as
 
 Array = NDArray[np.float64]
 
@@ -57,13 +57,14 @@ class JointSpace:
             axes.set_title(f"{joint}, {unit}", fontsize=11)
             axes.margins(x=0.03)
             axes.locator_params(axis="x", nbins=4)
-        log_scale(panes[0], "mm")
+        log_scale(panes[0], read_as(self.evidence.calibration.held_out.main[1])[1])
         for axes in panes[len(joints) :]:
             axes.set_visible(False)
 
     def _samples(self) -> tuple[Array, Array, Array]:
-        """Readings and position errors in mm of all good samples."""
-        pairs = self.evidence.errors("position")
+        """Readings, and errors as shown, of all good samples of what the answer speaks of."""
+        name, unit, _ = self.evidence.calibration.held_out.main
+        pairs = self.evidence.errors(name)
         kept = [
             (sense.q[good], before[good], after[good])
             for sense, good, (before, after) in zip(
@@ -72,15 +73,15 @@ class JointSpace:
             if len(before)
         ]
         q, before, after = (np.concatenate(side) for side in zip(*kept, strict=True))
-        floor = SMALLEST["m"]
-        return q, 1e3 * np.maximum(before, floor), 1e3 * np.maximum(after, floor)
+        floor, scale = SMALLEST.get(unit, SMALLEST_OTHER), read_as(unit)[0]
+        return q, scale * np.maximum(before, floor), scale * np.maximum(after, floor)
 
 
 def joint_unit(evidence: Evidence, joint: str) -> tuple[float, str]:
     """Scale and name of the unit that a joint's readings are shown in."""
     body = evidence.calibration.body
     slides = bool((body.kind[body.driver == body.joint_index(joint)] == PRISMATIC).any())
-    return SHOWN["m" if slides else "rad"]
+    return read_as("m" if slides else "rad")
 
 
 def _medians(x: Array, values: Array) -> tuple[list[float], list[float]]:

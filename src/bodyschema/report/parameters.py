@@ -11,7 +11,7 @@ from bodyschema.export.calibration_yaml import OPEN
 from bodyschema.export.static_transforms import PREFIX
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
-from bodyschema.report.units import SHOWN, listed, signed, significant, with_error
+from bodyschema.units import listed, read_as, signed, significant, with_error
 
 HEADINGS = {
     "offsets": "Joint offsets: the true joint value is its reading plus this",
@@ -76,7 +76,7 @@ def parameter_html(estimate: Estimate, known: Identifiability, held: str = ONE_O
 
 def _row(estimate: Estimate, known: Identifiability, i: int) -> Row:
     variables = estimate.variables
-    scale, unit = SHOWN[variables.units[i]]
+    scale, unit = read_as(variables.units[i])
     value, std = float(scale * estimate.x[i]), float(scale * estimate.std[i])
     share = float(known.open_share[i])
     determined = share <= OPEN

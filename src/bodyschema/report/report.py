@@ -11,7 +11,7 @@ from typing import Any
 from bodyschema.answers.calibration import Calibration
 from bodyschema.export.documents import versions
 from bodyschema.model.tree import Body
-from bodyschema.report.accuracy import Accuracy
+from bodyschema.report.accuracy import AccuracySection
 from bodyschema.report.ambiguity import Ambiguity
 from bodyschema.report.application import Application
 from bodyschema.report.bad_rows import BadRows
@@ -50,7 +50,7 @@ def report_html(
     evidence = Evidence(calibration, nominal, tuple(senses), run)
     findings: list[Section] = [
         Verdict(evidence),
-        Accuracy(evidence),
+        AccuracySection(evidence),
         Drawing(evidence),
         Residuals(evidence),
         JointSpace(evidence),

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from bodyschema.report.evidence import Evidence, spread
 from bodyschema.report.figure import AFTER, BEFORE, INK, MOST_DOTS, log_scale, svg
 from bodyschema.report.page import render
-from bodyschema.report.units import SHOWN, with_error
+from bodyschema.units import read_as, with_error
 
 Array = NDArray[np.float64]
 
 SMALLEST = {"m": 1e-7, "rad": 1e-8, "1": 1e-9}
+SMALLEST_OTHER = 1e-6
 """Smaller errors are drawn as this: a logarithmic axis has no zero."""
 MOST_PANELS = 6
 MOST_NAMED = 8
@@ -65,10 +66,11 @@ class Residuals:
         for i, sense in enumerate(evidence.senses):
             for name, unit, _ in sense.components:
                 before, after = (
-                    np.maximum(e, SMALLEST[unit]) * SHOWN[unit][0] for e in evidence.errors(name)[i]
+                    np.maximum(e, SMALLEST[unit]) * read_as(unit)[0]
+                    for e in evidence.errors(name)[i]
                 )
                 panels.append(
-                    Panel(evidence.label(sense, name), SHOWN[unit][1], sense.rows, before, after,
+                    Panel(evidence.label(sense, name), read_as(unit)[1], sense.rows, before, after,
                           ~evidence.good[i])
                 )  # fmt: skip
         return [panel for panel in panels if len(panel.rows)]
@@ -85,7 +87,7 @@ class Residuals:
 
     def _axes(self, frame: str, component: str, unit: str) -> str:
         before, after = self._along(frame, component)
-        scale, word = SHOWN[unit]
+        scale, word = read_as(unit)
         says = f"Spread of the {component} residuals along x, y and z of {frame}"
         return svg(
             f"axes-{frame}-{component}", says, (WIDTH, 215),

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from bodyschema.answers.accuracy import in_words, main_in_words
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
-from bodyschema.report.units import listed, millimetres, shown
+from bodyschema.units import listed, shown
 
 WORDS = {
     "calibrated": "Calibrated",
@@ -35,11 +36,11 @@ class Verdict:
             word=WORDS[c.verdict],
             kind=c.verdict.replace(" ", "-"),
             explanation=c.explanation,
-            before=f"{millimetres(c.nominal.position.rms)} mm",
+            before=main_in_words(c.nominal),
             what_before=c.before,
-            after=f"{millimetres(c.held_out.position.rms)} mm",
-            median=f"{millimetres(c.held_out.position.median)} mm",
-            worst=f"{millimetres(c.held_out.position.max)} mm",
+            after=main_in_words(c.held_out),
+            median=in_words(c.held_out.main[2].median, c.held_out.main[1]),
+            worst=in_words(c.held_out.main[2].max, c.held_out.main[1]),
             rows=c.n_rows - len(c.outliers),
             trust=self._trust(),
             warnings=self._warnings(),
@@ -73,9 +74,10 @@ class Verdict:
                 "their 95 % bounds. The robot errs in a way that this model lacks; go by the "
                 "held-out error."
             )
-        whole, rest = c.held_out.position.rms, c.with_field.position.rms
+        (_, unit, plain), (_, _, smoothed) = c.held_out.main, c.with_field.main
+        whole, rest = plain.rms, smoothed.rms
         if rest < SYSTEMATIC * whole:
-            smooth = shown(math.sqrt(whole**2 - rest**2), "m", 2)
+            smooth = shown(math.sqrt(whole**2 - rest**2), unit, 2)
             lines.append(
                 f"But {smooth} rms of the held-out error follow the posture smoothly. That is no "
                 "noise, and no number in a URDF describes it: a camera's own distortion, links "

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
-from bodyschema.senses.sense import Linearized, Sense, check_samples
+from bodyschema.senses.sense import PLACEMENT, Linearized, Sense, check_samples
 
 Array = NDArray[np.float64]
 
@@ -72,9 +72,9 @@ class Points(Sense):
         return f"{self.seen} seen from {self.seen_from}"
 
     @property
-    def turns(self) -> tuple[bool, bool]:
-        """The orientation of a point's frame plays no part."""
-        return True, False
+    def shows(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The orientation of the point's frame plays no part."""
+        return PLACEMENT, PLACEMENT[:3]
 
     def predict(self, body: Body) -> Array:
         """Where the point would be seen, (n, 3) m."""

@@ -36,6 +36,9 @@ Ints = NDArray[np.int64]
 Measure = tuple[str, str, int]
 """Name, unit and count of the numbers that share one noise level."""
 
+PLACEMENT = ("link_x", "link_y", "link_z", "turn_x", "turn_y", "turn_z")
+"""The variables of a frame that hangs on its parent by a fixed joint."""
+
 DIFFERENCE = 1e-5
 """Step of differences, in units of a variable's prior: truncation and rounding balance there."""
 
@@ -142,9 +145,9 @@ class Sense:
         return ((self.seen_from, self.seen),)
 
     @property
-    def turns(self) -> tuple[bool, bool]:
-        """Whether the orientations of `seen_from` and `seen` can be seen at all."""
-        return True, True
+    def shows(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Components of the placements of `seen_from` and of `seen` that can be seen at all."""
+        return PLACEMENT, PLACEMENT
 
     def readings(self, body: Body) -> Array:
         """(n, n_joints) encoder readings at the moments when the samples were really taken.

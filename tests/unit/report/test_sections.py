@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bodyschema.report.accuracy import Accuracy
+from bodyschema.report.accuracy import AccuracySection
 from bodyschema.report.ambiguity import Ambiguity, _clusters
 from bodyschema.report.application import Application
 from bodyschema.report.bad_rows import BadRows
@@ -24,7 +24,7 @@ from bodyschema.report.section import anchor
 from bodyschema.report.verdict import Verdict
 
 SECTIONS = (
-    Verdict, Accuracy, Drawing, Residuals, JointSpace, BadRows, ParameterTable, Ambiguity,
+    Verdict, AccuracySection, Drawing, Residuals, JointSpace, BadRows, ParameterTable, Ambiguity,
     Coverage, Application, Reproduction,
 )  # fmt: skip
 
@@ -67,7 +67,7 @@ def test_the_verdict_warns(cases: dict[str, Any]) -> None:
 
 
 def test_accuracy_marks_the_chosen_model(case: Any) -> None:
-    said = Accuracy(case.evidence).render()
+    said = AccuracySection(case.evidence).render()
     chosen = re.findall(r'<tr class="chosen"><th scope="row">([^<]*)', said)
     assert chosen == ["joint offsets, axes"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bodyschema.export.calibration_yaml import OPEN
-from bodyschema.report.units import SHOWN, with_error
+from bodyschema.units import read_as, with_error
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -74,7 +74,7 @@ def describe(answer: Mapping[str, Any], out: Path, reported: bool) -> str:
     head = "The body was not found in the pictures." if answer["lost"] else "Found:"
     lines = [head]
     for name, found in answer["parameters"].items():
-        scale, unit = SHOWN[found["unit"]]
+        scale, unit = read_as(found["unit"])
         value, std = with_error(scale * found["value"], scale * found["std"])
         said = f"{value:>9} ± {std} {unit}" if found["identifiable"] else "not told"
         lines.append(f"  {name:<28}{said:>9}")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from bodyschema.export.urdf_edits import described, urdf_edits
 from bodyschema.report.page import render
 from bodyschema.report.tracking.evidence import TrackEvidence
-from bodyschema.report.units import SHOWN
+from bodyschema.units import read_as
 
 
 @dataclass(frozen=True)
@@ -40,5 +40,5 @@ class TrackApplication:
 
 def _signed(value: float, unit: str) -> str:
     """An offset in deg or mm."""
-    scale, name = SHOWN[unit]
+    scale, name = read_as(unit)
     return f"{scale * value:+.3f} {name}"

@@ -11,7 +11,7 @@ from bodyschema.report.figure import AFTER, BEFORE, GREY, MOST_DOTS, log_scale, 
 from bodyschema.report.page import render
 from bodyschema.report.residuals import WIDTH
 from bodyschema.report.tracking.evidence import TrackEvidence
-from bodyschema.report.units import ABSENT, significant
+from bodyschema.units import ABSENT, significant
 
 MOST_ROWS = 40
 

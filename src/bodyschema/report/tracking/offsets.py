@@ -11,7 +11,7 @@ from bodyschema.model.kernels import REVOLUTE
 from bodyschema.report.page import render
 from bodyschema.report.parameters import parameter_html
 from bodyschema.report.tracking.evidence import TrackEvidence
-from bodyschema.report.units import SHOWN, significant
+from bodyschema.units import read_as, significant
 
 MOST_GAINS = 3
 GAIN = 0.9
@@ -56,7 +56,7 @@ class NotTold:
         listed = []
         for j in np.flatnonzero(telling.q != q[0]):
             turns = bool(np.any(body.kind[body.driver == j] == REVOLUTE))
-            scale, unit = SHOWN["rad" if turns else "m"]
+            scale, unit = read_as("rad" if turns else "m")
             listed.append((body.joints[j], f"{scale * telling.q[j]:.0f} {unit}"))
         return listed
 
@@ -66,7 +66,7 @@ class NotTold:
         share = telling.then / telling.std
         lines = []
         for i in np.argsort(share)[:MOST_GAINS]:
-            scale, unit = SHOWN[variables.units[i]]
+            scale, unit = read_as(variables.units[i])
             now, then = (significant(scale * float(s[i]), 2) for s in (telling.std, telling.then))
             if share[i] < GAIN:
                 lines.append(f"{variables.names[i]} from ± {now} to ± {then} {unit}")

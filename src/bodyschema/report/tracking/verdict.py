@@ -8,7 +8,7 @@ import numpy as np
 
 from bodyschema.report.page import render
 from bodyschema.report.tracking.evidence import TrackEvidence
-from bodyschema.report.units import listed, shown
+from bodyschema.units import listed, shown
 
 MOST_ROWS = 16
 LARGE_BIAS = 1.0

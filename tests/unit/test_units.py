@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bodyschema.report.units import listed, millimetres, shown, signed, significant, with_error
+from bodyschema.units import listed, millimetres, shown, signed, significant, with_error
 
 
 @pytest.mark.parametrize(

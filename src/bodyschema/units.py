@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-SHOWN = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "1": (100.0, "%")}
-"""What people read instead of SI."""
+SHOWN = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "1": (100.0, "%"), "s": (1e3, "ms")}
+"""What people read instead of SI; see `read_as` for other units."""
 
 ABSENT = "–"
 """Where there is no number."""
+
+
+def read_as(unit: str) -> tuple[float, str]:
+    """Scale and name of the unit that people read: mm for m; px, N and others as they are."""
+    return SHOWN.get(unit, (1.0, unit))
 
 
 def significant(value: float | None, digits: int = 3) -> str:
@@ -21,7 +26,7 @@ def significant(value: float | None, digits: int = 3) -> str:
 
 def shown(value: float | None, unit: str, digits: int = 3) -> str:
     """An SI value in the unit that people read, with that unit: "1.54 mm"."""
-    scale, name = SHOWN[unit]
+    scale, name = read_as(unit)
     return f"{significant(None if value is None else scale * value, digits)} {name}"
 
 
