@@ -86,12 +86,12 @@ def wrong(found: Scene, true: Scene) -> bool:
     return bool(turn > 0.2 or away > 5e-3 or np.linalg.norm(found.points - true.points) > 2e-3)
 
 
-def watch(condition: str, run: int) -> dict[str, float]:
+def watch(condition: str, run: int, minutes: float = MINUTES) -> dict[str, float]:
     """Counts of one run."""
     noise, lag = CONDITIONS[condition]
     rng = np.random.default_rng([list(CONDITIONS).index(condition), run])
     scene = draw_scene(rng)
-    seen = stream(scene, 60 * MINUTES, stereo(), rng, noise=noise, lag=lag)
+    seen = stream(scene, 60 * minutes, stereo(), rng, noise=noise, lag=lag)
     count = {"hours": 0.0, "alarms": 0.0, "confirmed": 0.0, "certificates": 0.0, "wrong": 0.0}
     if lag:
         seen, found = corrected(seen)

@@ -18,6 +18,7 @@ import json
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,16 +44,12 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     asked = parser.parse_args()
     try:
-        from kinhec import benchmark
+        import kinhec  # noqa: F401
     except ImportError:
         sys.exit("this benchmark needs KinHEC: pip install kinhec")
-    benchmark.SOLVERS["ours"] = ours
-    benchmark.SOLVER_DOCS["ours"] = "bodyschema.solve_hand_eye"
     with tempfile.TemporaryDirectory() as out:
         folder = asked.folder or generated(Path(out))
-        table = benchmark.run_benchmark(
-            folder, out_dir=Path(out), tracks=asked.tracks, progress=not asked.json
-        )
+        table = solved(folder, Path(out), asked.tracks, progress=not asked.json)
     answer = {track: summary(rows, str(track)) for track, rows in table.groupby("track")}
     if asked.json:
         print(json.dumps(answer))
@@ -61,33 +58,60 @@ def main() -> None:
         print(f"{track}: {found}")
 
 
-def generated(place: Path) -> Path:
-    """The small tier, written into a folder of its own; takes minutes."""
-    data = place / "small"
-    words = ["generate", "--tier", "small", "--out", str(data), "--work-dir", str(place / "work")]
+def solved(
+    folder: Path,
+    out: Path,
+    tracks: Sequence[str] | None = None,
+    solvers: Sequence[str] | None = None,
+    progress: bool = True,
+) -> Any:
+    """KinHEC's table of errors, a row a sequence and solver; all of both when None."""
+    from kinhec import benchmark
+
+    benchmark.SOLVERS["ours"] = ours
+    benchmark.SOLVER_DOCS["ours"] = "bodyschema.solve_hand_eye"
+    return benchmark.run_benchmark(
+        folder, out_dir=out, tracks=tracks, solver_names=solvers, progress=progress
+    )
+
+
+def generated(place: Path, tier: str = "small", tracks: Sequence[str] = ()) -> Path:
+    """A tier, written into a folder of its own; the small one takes minutes."""
+    data = place / "data"
+    words = ["generate", "--tier", tier, "--out", str(data), "--work-dir", str(place / "work")]
+    words += ["--tracks", *tracks] if tracks else []
     subprocess.run([sys.executable, "-m", "kinhec", *words], check=True, stdout=sys.stderr)
     return data
 
 
-def summary(rows: Any, track: str) -> dict[str, Any]:
-    """One track's figures; clocks estimated where KinHEC's `mixed` track asks for it."""
+def judged(rows: Any, track: str) -> Any:
+    """The rows of a track that count: clocks estimated where the `mixed` track asks for it."""
     if track == "mixed":
-        estimated = (rows["eval_sync"] == "estimated") | (rows["time_offset_s"] == 0)
-        rows = rows[estimated]
-    else:
-        rows = rows[rows["eval_sync"] == "oracle"]
+        return rows[(rows["eval_sync"] == "estimated") | (rows["time_offset_s"] == 0)]
+    return rows[rows["eval_sync"] == "oracle"]
+
+
+def summary(rows: Any, track: str) -> dict[str, Any]:
+    """One track's figures, ours beside the best peer's."""
+    rows = judged(rows, track)
     error = rows.pivot_table(index="sequence_id", columns="solver", values="X_trans_err_mm")
+    peers = error.drop(columns="ours").median().sort_values()
+    return own(rows) | {
+        "best_peer": str(peers.index[0]),
+        "best_peer_median_mm": float(peers.iloc[0]),
+        "best_peer_mean_mm": float(error[peers.index[0]].mean()),
+    }
+
+
+def own(rows: Any) -> dict[str, Any]:
+    """Our errors, and what we flag."""
     ours = rows[rows["solver"] == "ours"].set_index("sequence_id")
     wrong, flagged = ours["X_trans_err_mm"] > LARGE, ours["n_inliers"] > 0
     unflagged = ours["X_trans_err_mm"][~flagged]
-    peers = error.drop(columns="ours").median().sort_values()
     return {
         "sequences": len(ours),
         "median_mm": float(ours["X_trans_err_mm"].median()),
         "mean_mm": float(ours["X_trans_err_mm"].mean()),
-        "best_peer": str(peers.index[0]),
-        "best_peer_median_mm": float(peers.iloc[0]),
-        "best_peer_mean_mm": float(error[peers.index[0]].mean()),
         "flagged": float(flagged.mean()),
         "false_flags": float((flagged & ~wrong).mean()),
         "worst_unflagged_mm": float(unflagged.max()) if len(unflagged) else None,

@@ -42,10 +42,10 @@ HOLD = 15.0
 """s from one change to the next."""
 
 
-def cost() -> dict[str, float]:
-    """Ten minutes of a stream, sample by sample."""
+def cost(seconds: float = 600.0) -> dict[str, float]:
+    """A stream, sample by sample."""
     rng = np.random.default_rng(0)
-    motion = draw_motion(rng, 600, 0.5, RATE)
+    motion = draw_motion(rng, seconds, 0.5, RATE)
     samples = record(motion, [Held(0, draw_load(rng, 0.6))], draw_sensor(rng, 0.02), rng)
     stream, watch = WrenchStream(), LoadWatch()
     buffer, state = stream.start(), watch.start()
