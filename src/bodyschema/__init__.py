@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from bodyschema.acting.reaching import reach
     from bodyschema.acting.robot import Robot
     from bodyschema.acting.servoing import Servoing
+    from bodyschema.answers.answer import Answer, load
     from bodyschema.answers.calibrate import calibrate
-    from bodyschema.answers.calibration import Calibration
     from bodyschema.answers.skeleton import learn_skeleton
     from bodyschema.attention.body_in_view import BodyInView
     from bodyschema.attention.finder import BodyFinder
@@ -52,12 +52,15 @@ if TYPE_CHECKING:
     from bodyschema.learners.watched_images import WatchedImages
     from bodyschema.model.camera import Camera
     from bodyschema.model.inertia import Inertia
+    from bodyschema.model.kinematics import frame_jacobian, relative_pose
+    from bodyschema.model.parts import Part
     from bodyschema.model.solid import Solid
     from bodyschema.model.tree import Body
     from bodyschema.model.variables import (
         Variables,
         free_frame,
         free_joints,
+        free_part,
         free_skeleton,
         join,
     )
@@ -70,6 +73,7 @@ if TYPE_CHECKING:
     from bodyschema.senses.images import Images
     from bodyschema.senses.points import Points
     from bodyschema.senses.poses import Poses
+    from bodyschema.senses.sense import Sense
     from bodyschema.senses.touches import Touches
     from bodyschema.senses.wrench_stream import WrenchStream
     from bodyschema.senses.wrenches import Wrenches
@@ -133,7 +137,13 @@ _HOMES = {
     "ParticleFilter": "learners.published.particle_filter",
     "Pool": "learners.skeletons.pool",
     "Replay": "learners.skeletons.replay",
-    "Calibration": "answers.calibration",
+    "Answer": "answers.answer",
+    "load": "answers.answer",
+    "Sense": "senses.sense",
+    "Part": "model.parts",
+    "free_part": "model.variables",
+    "relative_pose": "model.kinematics",
+    "frame_jacobian": "model.kinematics",
     "calibrate": "answers.calibrate",
     "learn_skeleton": "answers.skeleton",
     "determinable": "estimation.determinable",
@@ -152,11 +162,11 @@ _HOMES = {
 
 __all__ = [
     "Aim",
+    "Answer",
     "Body",
     "BodyFinder",
     "BodyInView",
     "BodyschemaError",
-    "Calibration",
     "Camera",
     "Candidate",
     "ContourTracker",
@@ -182,6 +192,7 @@ __all__ = [
     "OnsetCoincidence",
     "PaperPayload",
     "PaperRelation",
+    "Part",
     "ParticleFilter",
     "Points",
     "Pool",
@@ -189,6 +200,7 @@ __all__ = [
     "Recording",
     "Replay",
     "Robot",
+    "Sense",
     "Servoing",
     "Smoother",
     "Solid",
@@ -210,14 +222,18 @@ __all__ = [
     "detect_change",
     "determinable",
     "fit_payload",
+    "frame_jacobian",
     "free_frame",
     "free_joints",
+    "free_part",
     "free_skeleton",
     "join",
     "join_streams",
     "learn_skeleton",
+    "load",
     "plan_poses",
     "reach",
+    "relative_pose",
     "solve_hand_eye",
     "with_shortest_links",
 ]

@@ -8,12 +8,12 @@ online learner, if one is asked for, fits in one pass, and so in every fold.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from typing import Any
 
-from bodyschema.answers.calibration import Calibration
-from bodyschema.answers.judgement import judged
-from bodyschema.answers.one_pass import LearnerName, fitting
+from bodyschema.answers.answer import Answer
 from bodyschema.estimation.problem import Knowledge, Problem, check_problem, moved_joints
+from bodyschema.judging.judgement import judged
+from bodyschema.judging.one_pass import LearnerName, fitting
 from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
 
@@ -32,19 +32,22 @@ VECTORS: tuple[tuple[str, ...], ...] = ((), ("links",), ("axes", "links"))
 def calibrate(
     body: Body,
     senses: Sequence[Sense],
-    frames: Mapping[str, Knowledge],
+    frames: Mapping[str, Knowledge] | None = None,
     groups: Sequence[str] | None = None,
     joints: Sequence[str] | None = None,
     folds: int = 5,
     seed: int = 0,
     progress: Callable[[str], None] = lambda text: None,
     learner: LearnerName = "batch",
-) -> Calibration:
-    """Calibrate a body from what was seen of it.
+    parts: Mapping[str, Sequence[str] | None] | None = None,
+    described: Body | None = None,
+    run: Mapping[str, Any] | None = None,
+) -> Answer:
+    """Calibrate a body from what was seen, touched and felt of it.
 
     Args:
-        body: nominal body with every camera, tracker and marker frame attached.
-        senses: what was seen.
+        body: nominal body with every frame that the senses name, and every part.
+        senses: what was observed, of any kinds in one list.
         frames: the fixed frames that are not known exactly, "roughly" or "no".
         groups: joint parameter groups to free ("offsets", "gears", "axes", "links"); chosen by
             held-out accuracy when None.
@@ -53,18 +56,24 @@ def calibrate(
         seed: of the folds.
         progress: told what is being done.
         learner: "batch", all samples at once; or an online learner, in one pass.
+        parts: parts of the body that are not known, and which of their numbers; None for all.
+        described: the robot without the frames that were attached to it; the body when None.
+        run: what was asked, to be kept with the answer.
 
     Raises:
         InputError: the recording cannot answer the question; see `problem.check_problem`. Or the
             learner cannot learn what is to be freed.
     """
-    problem = Problem(body, tuple(senses), frames, tuple(joints or moved_joints(body, senses)))
+    free = {name: None if some is None else tuple(some) for name, some in (parts or {}).items()}
+    wrong = tuple(joints or moved_joints(body, senses))
+    problem = Problem(body, tuple(senses), frames or {}, wrong, parts=free)
     check_problem(problem, groups if groups is not None else (), folds)
     affordable = _affordable(problem, models_of(learner), folds)
     models = affordable if groups is None else ((), tuple(groups))
     fit = fitting(problem, learner)
     found = judged(problem, fit, models, groups is None, folds, seed, progress)
-    return replace(found, learner=learner)
+    nominal = body if described is None else described
+    return Answer.of(found, senses, nominal, run, learner=learner)
 
 
 def models_of(learner: LearnerName) -> tuple[tuple[str, ...], ...]:

@@ -13,18 +13,20 @@ error is not far below theirs is not known.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.answers.calibration import Calibration, Verdict
-from bodyschema.answers.judgement import judged
-from bodyschema.answers.one_pass import GRADIENT_STEP, Fitting, LearnerName, fit_at, pooled
+from bodyschema.answers.answer import Answer
 from bodyschema.errors import InputError
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.problem import Problem, Senses, check_problem, moved_joints
+from bodyschema.judging.calibration import Calibration, Verdict
+from bodyschema.judging.judgement import judged
+from bodyschema.judging.one_pass import GRADIENT_STEP, Fitting, LearnerName, fit_at, pooled
 from bodyschema.learners.learner import run
 from bodyschema.learners.published.online_gradient import OnlineGradient, from_nothing
 from bodyschema.learners.skeletons.shortest_links import with_shortest_links
@@ -108,7 +110,8 @@ def learn_skeleton(
     seed: int = 0,
     progress: Callable[[str], None] = lambda text: None,
     learner: LearnerName = "batch",
-) -> Calibration:
+    run: Mapping[str, Any] | None = None,
+) -> Answer:
     """Learn where the joints of a robot are and how they turn, from what was seen of it alone.
 
     Args:
@@ -119,6 +122,7 @@ def learn_skeleton(
         progress: told what is being done.
         learner: "batch" refines what the pool found; "pool" and "online-gradient" see each sample
             once.
+        run: what was asked, to be kept with the answer.
 
     Returns:
         verdict "learned", or "refused" when held-out samples do not bear the skeleton out.
@@ -133,8 +137,15 @@ def learn_skeleton(
     fit = _fitting(problem, learner)
     found = judged(problem, fit, (SKELETON,), False, folds, seed, progress)
     verdict, explanation = _verdict(found)
-    return replace(
-        found, verdict=verdict, explanation=explanation, from_nothing=True, learner=learner
+    return Answer.of(
+        found,
+        senses,
+        body,
+        run,
+        verdict=verdict,
+        explanation=explanation,
+        from_nothing=True,
+        learner=learner,
     )
 
 

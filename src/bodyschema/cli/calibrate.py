@@ -26,8 +26,8 @@ from bodyschema.model.arrangement import read_arrangement
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from bodyschema.answers.calibration import Calibration
     from bodyschema.cli.loading import Loaded
+    from bodyschema.judging.calibration import Calibration
 
 Group = Literal["offsets", "gears", "axes", "links"]
 LearnerName = Literal["batch", "gauss-newton", "smoother", "online-gradient", "pool"]
@@ -86,9 +86,9 @@ class Calibrate:
         """Calibrate and write; returns 1 when refused."""
         from rich.console import Console
 
-        from bodyschema.cli.answer import as_json, finite, print_answer
         from bodyschema.export.calibration_yaml import calibration_document
         from bodyschema.export.result_folder import check_place, write_result
+        from bodyschema.report.summary import as_json, finite, print_answer
 
         run = self.resolved()
         check_place(self.out, self.overwrite)
@@ -231,9 +231,10 @@ def _calibration(run: RunFile, loaded: Loaded, progress: Callable[[str], None]) 
     from bodyschema.answers.calibrate import calibrate
     from bodyschema.answers.skeleton import learn_skeleton
 
+    learner, asked = cast(LearnerName, run.learner), asdict(run)
     if run.skeleton:
-        learner = cast(LearnerName, run.learner)
-        return learn_skeleton(loaded.body, loaded.senses, run.folds, run.seed, progress, learner)
+        body, senses = loaded.body, loaded.senses
+        return learn_skeleton(body, senses, run.folds, run.seed, progress, learner, asked)
     return calibrate(
         loaded.body,
         loaded.senses,
@@ -243,5 +244,8 @@ def _calibration(run: RunFile, loaded: Loaded, progress: Callable[[str], None]) 
         folds=run.folds,
         seed=run.seed,
         progress=progress,
-        learner=cast(LearnerName, run.learner),
+        learner=learner,
+        parts=loaded.parts,
+        described=loaded.nominal,
+        run=asked,
     )

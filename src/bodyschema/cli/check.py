@@ -49,13 +49,13 @@ class Check:
         """Test; returns 1 when the body has changed."""
         from bodyschema.cli.loading import read_senses
         from bodyschema.cli.run_file import run_from_record
-        from bodyschema.export.estimate_json import read_result
+        from bodyschema.answers.answer import load
 
         if not 0 < self.false_alarm < 1:
             raise InputError(
                 f"--false-alarm is a probability, between 0 and 1; got {self.false_alarm}."
             )
-        stored = read_result(self.result)
+        stored = load(self.result)
         paths = tuple(str(path.resolve()) for path in self.recording)
         run = replace(run_from_record(stored.run), recording=paths)
         senses = read_senses(run, stored.estimate.reference)

@@ -79,10 +79,10 @@ class PlanPoses:
         from bodyschema.acting.next_poses import plan_poses
         from bodyschema.cli.plan_answer import plan_json, print_plan
         from bodyschema.cli.recall import recall
-        from bodyschema.export.estimate_json import read_result
+        from bodyschema.answers.answer import load
 
         self._check()
-        stored = read_result(self.result)
+        stored = load(self.result)
         recalled = recall(stored.run, stored.body, self.robot)
         estimate, notes = self._belief(stored.estimate, recalled)
         body, senses = estimate.body, recalled.senses

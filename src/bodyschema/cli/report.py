@@ -23,10 +23,10 @@ class Report:
         """Print; returns 0."""
         from rich.console import Console
 
-        from bodyschema.cli.answer import print_answer
         from bodyschema.errors import InputError
         from bodyschema.export.calibration_yaml import read_document
         from bodyschema.export.documents import plain
+        from bodyschema.report.summary import print_answer
 
         document = read_document(self.result)
         if self.json:

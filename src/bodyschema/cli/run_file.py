@@ -50,7 +50,7 @@ Table = TypeVar("Table")
 KNOWLEDGE = ("exactly", "roughly", "no")
 
 LEARNERS = ("batch", "gauss-newton", "smoother", "online-gradient", "pool")
-"""All samples at once; or one after the other in one pass, see `answers.one_pass`."""
+"""All samples at once; or one after the other in one pass, see `judging.one_pass`."""
 
 
 @dataclass(frozen=True)

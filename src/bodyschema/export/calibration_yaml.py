@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from bodyschema.answers.accuracy import Accuracy
-from bodyschema.answers.calibration import Calibration, Candidate
 from bodyschema.errors import InputError
 from bodyschema.export.documents import rounded, versions, yaml_text
+from bodyschema.judging.accuracy import Accuracy
+from bodyschema.judging.calibration import Calibration, Candidate
 
 OPEN = 0.5
 """Share of a parameter's prior variance in open directions above which it is not determined."""

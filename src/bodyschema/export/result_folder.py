@@ -3,7 +3,7 @@
 robot.urdf          the user's own file with the changed numbers, byte by byte otherwise
 calibration.yaml    everything that was found
 kinematics.yaml     the joint frames, for xacro
-estimate.json       the belief at full precision, for check, plan and report
+answer.json         the whole answer at full precision, for check, plan, report and Python
 transforms.yaml     cameras, trackers and tools that were estimated, if any
 run.json            what was asked, with versions and hashes of the inputs
 report.html         all of it for people, where the extra `report` is installed
@@ -21,23 +21,29 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bodyschema.answers.calibration import Calibration
 from bodyschema.atomic import check_new_folder, new_folder
 from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import calibration_text
 from bodyschema.export.documents import plain, versions
-from bodyschema.export.estimate_json import estimate_text
 from bodyschema.export.kinematics_yaml import kinematics_text
+from bodyschema.export.record import encoded
 from bodyschema.export.static_transforms import attached_frames, estimated_frames, transforms_text
 from bodyschema.export.urdf_edits import described, unwritable, urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.judging.calibration import Calibration
 from bodyschema.model.meshes import Packages
 from bodyschema.model.tree import Body
 from bodyschema.model.urdf import parse_urdf, urdf_text
 
 INPUT_KEYS = ("robot", "skeleton", "recording", "inputs")
 """Entries of a run that name files or folders that were read."""
+
+ANSWER, FORM = "answer.json", 2
+"""The whole answer, and the version of its form."""
+
+UNSTORED = frozenset({"senses", "run", "visuals"})
+"""Fields that answer.json leaves out: the recording has them, run.json, and the description."""
 
 TABLES = (".toml", ".json")
 """Suffixes of DH tables and arrangements; any other description is a URDF or a xacro file."""
@@ -117,11 +123,17 @@ def result_files(
     texts = {
         "calibration.yaml": calibration_text(calibration, _notes(calibration, nominal, body)),
         "kinematics.yaml": kinematics_text(body),
-        "estimate.json": estimate_text(calibration),
+        ANSWER: answer_text(calibration),
     }
     if attached_frames(calibration, nominal):
         texts["transforms.yaml"] = transforms_text(calibration, nominal)
     return {"robot.urdf": robot} | {name: text.encode() for name, text in texts.items()}
+
+
+def answer_text(calibration: Calibration) -> str:
+    """answer.json: every number of the answer, so that a later run can go on from it."""
+    document = {"form": FORM, **encoded(calibration, UNSTORED)}
+    return json.dumps(document, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def body_to_write(calibration: Calibration, nominal: Body) -> Body:

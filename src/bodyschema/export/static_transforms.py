@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.answers.calibration import Calibration
 from bodyschema.export.documents import yaml_text
 from bodyschema.export.joint_edit import clean
+from bodyschema.judging.calibration import Calibration
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 

@@ -81,20 +81,22 @@ class Body:
     visuals: tuple[Visual, ...] = ()
     parts: Mapping[str, Part] = field(default_factory=dict)
     """Lenses, loads, sensors, clocks and targets by name; see `parts`."""
+    source: str = ""
+    """Path of the description that it was read from; "" if there is none."""
 
     @classmethod
     def from_urdf(cls, path: str | Path, packages: Mapping[str, str | Path] | None = None) -> Body:
         """Read a URDF or xacro file; see `bodyschema.model.urdf.read_urdf`."""
         from bodyschema.model.urdf import read_urdf
 
-        return read_urdf(Path(path), packages or {})
+        return replace(read_urdf(Path(path), packages or {}), source=str(Path(path).resolve()))
 
     @classmethod
     def from_dh(cls, path: str | Path) -> Body:
         """Read a DH table in TOML or JSON; see `bodyschema.model.dh.read_dh`."""
         from bodyschema.model.dh import read_dh
 
-        return read_dh(Path(path))
+        return replace(read_dh(Path(path)), source=str(Path(path).resolve()))
 
     @classmethod
     def from_arrangement(cls, path: str | Path) -> Body:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bodyschema.answers.accuracy import Accuracy
-from bodyschema.answers.calibration import Candidate, describe_groups
 from bodyschema.estimation.held_out import Errors
+from bodyschema.judging.accuracy import Accuracy
+from bodyschema.judging.calibration import Candidate, describe_groups
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import ABSENT, millimetres, read_as, shown, significant

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.answers.calibration import Calibration
 from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.held_out import sizes
 from bodyschema.estimation.problem import moved_joints
 from bodyschema.estimation.solver import Solver
+from bodyschema.judging.calibration import Calibration
 from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
 

@@ -74,6 +74,27 @@ def svg(name: str, says: str, size: tuple[float, float], paint: Callable[[Any], 
     return _inline(text.getvalue(), says, size)
 
 
+def new_figure(size: tuple[float, float], paint: Callable[[Any], None]) -> Any:
+    """A matplotlib Figure in the same style, for notebooks and files.
+
+    Args:
+        size: width and height in CSS pixels.
+        paint: draws into it.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise MissingExtraError("matplotlib", "report", "plot") from None
+    with rc_context({**STYLE, "figure.facecolor": "white"}):
+        figure = Figure(figsize=(size[0] / 72, size[1] / 72), layout="constrained")
+        paint(figure)
+    return figure
+
+
 def _inline(text: str, says: str, size: tuple[float, float]) -> str:
     """The drawing alone: no XML heading, no addresses of name spaces, no fonts of its own."""
     inner = text[text.index("<defs") : text.rindex("</svg>")]

@@ -6,10 +6,12 @@ It needs no network and no other file; the same calibration gives the same bytes
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
 
-from bodyschema.answers.calibration import Calibration
+from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.documents import versions
+from bodyschema.judging.calibration import Calibration
 from bodyschema.model.tree import Body
 from bodyschema.report.accuracy import AccuracySection
 from bodyschema.report.ambiguity import Ambiguity
@@ -24,6 +26,7 @@ from bodyschema.report.parameters import ParameterTable
 from bodyschema.report.reproduction import Reproduction
 from bodyschema.report.residuals import Residuals
 from bodyschema.report.section import Section, anchor
+from bodyschema.report.summary import summary_text
 from bodyschema.report.verdict import Verdict
 from bodyschema.senses.sense import Sense
 
@@ -61,6 +64,20 @@ def report_html(
     ]
     sections = [*findings, *more, Application(evidence), Reproduction(evidence)]
     return page_html(f"Calibration of {calibration.body.name}", sections)
+
+
+def short_html(
+    calibration: Calibration, nominal: Body, senses: Sequence[Sense], run: Mapping[str, Any]
+) -> str:
+    """Verdict and accuracy alone, for a notebook's cell; the words without what was seen.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib is not installed.
+    """
+    if not senses:
+        return f"<pre>{escape(summary_text(calibration_document(calibration)))}</pre>"
+    evidence = Evidence(calibration, nominal, tuple(senses), run)
+    return Verdict(evidence).render() + AccuracySection(evidence).render()
 
 
 def page_html(heading: str, sections: Sequence[Section]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.report.evidence import Evidence, spread
-from bodyschema.report.figure import AFTER, BEFORE, INK, MOST_DOTS, log_scale, svg
+from bodyschema.report.figure import AFTER, BEFORE, INK, MOST_DOTS, log_scale, new_figure, svg
 from bodyschema.report.page import render
 from bodyschema.units import read_as, with_error
 
@@ -45,7 +45,7 @@ class Residuals:
 
     def render(self) -> str:
         """See `Section`."""
-        panels = self._panels()
+        panels = self.panels()
         drawn = sorted(panels, key=lambda p: -float(p.after.max(initial=0)))[:MOST_PANELS]
         kept = [panel for panel in panels if any(panel is other for other in drawn)]
         n = max(len(panel.rows) for panel in kept)
@@ -61,7 +61,8 @@ class Residuals:
             outliers=bool(self.evidence.calibration.outliers),
         )  # fmt: skip
 
-    def _panels(self) -> list[Panel]:
+    def panels(self) -> list[Panel]:
+        """One for each component of each sense."""
         evidence, panels = self.evidence, []
         for i, sense in enumerate(evidence.senses):
             for name, unit, _ in sense.components:
@@ -107,6 +108,16 @@ class Residuals:
                     parts.append((before[good][:, part], after[good][:, part]))
         before, after = (np.concatenate(side) for side in zip(*parts, strict=True))
         return before, after
+
+
+def residual_figure(evidence: Evidence) -> Any:
+    """The errors of every sample before and after as a matplotlib Figure.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    panels = Residuals(evidence).panels()
+    return new_figure((WIDTH, 40 + 175 * len(panels)), lambda figure: _draw_samples(figure, panels))
 
 
 def _draw_samples(figure: Any, panels: list[Panel]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bodyschema.answers.accuracy import in_words, main_in_words
+from bodyschema.judging.accuracy import in_words, main_in_words
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import listed, shown

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema.answers.calibrate import MODELS, calibrate
-from bodyschema.answers.calibration import Calibration, describe_groups
+from bodyschema.judging.calibration import Calibration, describe_groups
 from bodyschema.estimation.held_out import folds_of
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import free_joints

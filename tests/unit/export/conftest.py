@@ -11,7 +11,7 @@ import pytest
 
 import bodyschema
 from bodyschema import lie
-from bodyschema.answers.calibration import Calibration
+from bodyschema.judging.calibration import Calibration
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model.tree import Body
 from bodyschema.model.urdf import parse_urdf

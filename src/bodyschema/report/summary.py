@@ -1,18 +1,19 @@
-"""The answer of `calibrate` and `report`: one JSON object for machines, text for people."""
+"""An answer in short: one JSON object for machines, text for people."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from io import StringIO
 from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from bodyschema.answers.calibration import Calibration, describe_groups
 from bodyschema.estimation.clock import FALSE_ALARM
 from bodyschema.export.calibration_yaml import OPEN, predicted_errors, skeleton_entries
+from bodyschema.judging.calibration import Calibration, describe_groups
 from bodyschema.units import read_as
 
 MOST_SENTENCES = 5
@@ -69,6 +70,14 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "converged": calibration.fit.converged,
         "seconds": calibration.seconds,
     }
+
+
+def summary_text(document: Mapping[str, Any], width: int = 100) -> str:
+    """What `print_answer` prints, as plain text of so many columns."""
+    console = Console(width=width, file=StringIO(), color_system=None, force_terminal=False)
+    with console.capture() as text:
+        print_answer(console, document)
+    return text.get().strip()
 
 
 def print_answer(console: Console, document: Mapping[str, Any]) -> None:

@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.answers.accuracy import Accuracy
 from bodyschema.estimation.clock import ClockCheck
 from bodyschema.estimation.discrepancy import Discrepancy
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.estimation.prediction import PredictedError
+from bodyschema.judging.accuracy import Accuracy
 from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bodyschema.answers.calibrate import calibrate
-from bodyschema.answers.one_pass import fit_at, fitting
+from bodyschema.judging.one_pass import fit_at, fitting
 from bodyschema.errors import InputError
 from bodyschema.estimation.problem import Problem
 from bodyschema.model.variables import free_joints

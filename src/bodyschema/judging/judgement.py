@@ -15,14 +15,6 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.answers.accuracy import Accuracy, change_in_words, main_in_words
-from bodyschema.answers.calibration import (
-    Calibration,
-    Candidate,
-    Verdict,
-    describe_groups,
-)
-from bodyschema.answers.one_pass import Fitting
 from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.clock import check_clock
 from bodyschema.estimation.discrepancy import learn_discrepancy
@@ -34,6 +26,14 @@ from bodyschema.estimation.identifiability import (
 )
 from bodyschema.estimation.prediction import PredictedError, degrees_of_freedom, predict_error
 from bodyschema.estimation.problem import Problem
+from bodyschema.judging.accuracy import Accuracy, change_in_words, main_in_words
+from bodyschema.judging.calibration import (
+    Calibration,
+    Candidate,
+    Verdict,
+    describe_groups,
+)
+from bodyschema.judging.one_pass import Fitting
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
