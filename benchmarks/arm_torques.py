@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt
 
 from bodyschema.learners.payload.arm import fit_arm
+from bodyschema.model.motion import Motion
 from bodyschema.model.tree import Body
 from bodyschema.senses.joint_torques import (
-    ArmMotion,
     arm_regressor,
     base_directions,
     motor_regressor,
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 RATE, CUT, THIN, FITTED = 5000.0, 20.0, 50, 0.7
 
 
-def recording(folder: Path) -> tuple[ArmMotion, Array, Array]:
+def recording(folder: Path) -> tuple[Motion, Array, Array]:
     """Motion, low-passed and raw torque of the joints, 100 a second."""
     data = np.load(folder / "data.npz")
     ratio = np.array([32, 32, 45, -48, 45, 32.0])
@@ -45,7 +45,7 @@ def recording(folder: Path) -> tuple[ArmMotion, Array, Array]:
     dq = np.gradient(smooth, 1 / RATE, axis=0)
     ddq = np.gradient(dq, 1 / RATE, axis=0)
     rows = slice(250, -250, THIN)
-    motion = ArmMotion(smooth[rows], dq[rows], ddq[rows])
+    motion = Motion(smooth[rows], dq[rows], ddq[rows])
     return motion, filtfilt(b, a, tau, axis=0)[rows], tau[rows]
 
 

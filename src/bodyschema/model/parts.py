@@ -5,7 +5,7 @@
     sensor    what is read = (1 + gain) * what is + offset, one of each for every channel
     clock     lag of a stream behind the joint readings                                s
     target    scale of a board, a tag or a tool that was drawn or measured in wrong units
-    drive     friction and offset of every joint's motor
+    drive     inertia, friction, offset and gain of every joint's motor, friction being added up
     constants anything else that a sense of your own wants to learn
 
 The chart of a part is plain addition: a load's positivity is in its roots already. Planes,
@@ -36,6 +36,15 @@ ROOT_PRIOR = (2.5, 1.2, 1.2, 1.2, 0.1, 0.1, 0.1, 0.5, 0.5, 0.5)
 
 USUAL_ROOTS = (0.5 * np.log(0.5), *[np.log(0.05)] * 3, *[0.0] * 6)
 """Half a kilogram spread over 5 cm: where a load that nobody described begins."""
+
+DRIVE = (
+    ("inertia", "kg m^2", 1.0),
+    ("viscous", "Nms", 10.0),
+    ("coulomb", "Nm", 10.0),
+    ("offset", "Nm", 10.0),
+    ("gain", "1", 0.02),
+)
+"""Name, unit and prior of the numbers of a motor, seen from its joint."""
 
 LAG_PRIOR, SCALE_PRIOR, GAIN_PRIOR = 0.1, 0.05, 0.02
 """s, 1 and 1: priors of a lag, of a target's scale and of a sensor's gain."""
@@ -135,6 +144,18 @@ def force_sensor() -> Part:
 def accelerometer() -> Part:
     """Offsets and gains of a three-axis accelerometer."""
     return sensor(("ax", "ay", "az"), ("m/s^2",) * 3, 1.0)
+
+
+def drive(joints: Sequence[str]) -> Part:
+    """Motors, all zero at first: what their torques hold besides what moves the links.
+
+    Args:
+        joints: name of each motor, that of the joint it turns.
+    """
+    names = tuple(f"{what}_{joint}" for joint in joints for what, _, _ in DRIVE)
+    units = tuple(unit for _ in joints for _, unit, _ in DRIVE)
+    std = np.array([std for _ in joints for _, _, std in DRIVE])
+    return Part("drive", names, units, np.zeros(len(names)), std)
 
 
 def clock(lag: float = 0.0) -> Part:

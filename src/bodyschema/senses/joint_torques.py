@@ -13,13 +13,12 @@ joints can feel is a matter of rank (`base_directions`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.model.kernels import FIXED
 from bodyschema.model.kinematics import frame_jacobian, relative_pose
+from bodyschema.model.motion import Motion, frame_motion, own
 from bodyschema.model.tree import Body
 from bodyschema.senses.wrenches import load_regressor
 
@@ -29,22 +28,18 @@ STICKING = 0.01
 """rad/s over which the sign of a speed changes."""
 
 
-@dataclass(frozen=True)
-class ArmMotion:
-    """Joint positions and their derivatives at many moments."""
-
-    q: Array
-    """(n, n_joints) rad or m."""
-    dq: Array
-    ddq: Array
-
-
 def arm_regressor(
-    body: Body, motion: ArmMotion, down: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    body: Body, motion: Motion, down: tuple[float, float, float] = (0.0, 0.0, -9.81)
 ) -> Array:
-    """(n, n_joints, 10 n_links): columns are phi of each link that a joint moves, in order."""
-    blocks = [_link_block(body, motion, link, np.asarray(down)) for link in moved_links(body)]
-    return np.concatenate(blocks, axis=2)
+    """(n, n_joints, 10 n_links): columns are phi of each link that a joint moves, in order.
+
+    Args:
+        body: the arm.
+        motion: of its joints.
+        down: m/s^2, gravity along the root's axes.
+    """
+    g = np.tile(np.asarray(down), (len(motion.q), 1))
+    return np.concatenate([link_regressor(body, motion, k, g) for k in moved_links(body)], axis=2)
 
 
 def moved_links(body: Body) -> tuple[str, ...]:
@@ -52,25 +47,25 @@ def moved_links(body: Body) -> tuple[str, ...]:
     return tuple(frame for frame, kind in zip(body.frames, body.kind, strict=True) if kind != FIXED)
 
 
-def _link_block(body: Body, motion: ArmMotion, link: str, down: Array) -> Array:
-    """J^T Y of one link, (n, n_joints, 10)."""
-    root, h = body.frames[0], 1e-5
-    q, dq = motion.q, motion.dq
-    R = relative_pose(body, q, root, link)[:, :3, :3]
-    J, before, after = (frame_jacobian(body, q + s * h * dq, root, link) for s in (0, -1, 1))
-    # Twists along the root's axes at the link's origin; dJ/dt q' by differences along the motion.
-    change = np.einsum("nij,nj->ni", (after - before) / (2 * h), dq)
-    twist = np.einsum("nij,nj->ni", J, dq)
-    rate = np.einsum("nij,nj->ni", J, motion.ddq) + change
-    a_g, w, dw = (
-        np.einsum("nji,nj->ni", R, v) for v in (rate[:, :3] - down, twist[:, 3:], rate[:, 3:])
-    )
-    Y = load_regressor(a_g, w, dw)
-    own = np.concatenate([np.swapaxes(R, 1, 2) @ J[:, :3], np.swapaxes(R, 1, 2) @ J[:, 3:]], axis=1)
-    return np.asarray(np.swapaxes(own, 1, 2) @ Y)
+def link_regressor(body: Body, motion: Motion, link: str, down: Array) -> Array:
+    """J^T Y of one link, (n, n_joints, 10).
+
+    Args:
+        body: the arm.
+        motion: of its joints.
+        link: the frame that phi is written in.
+        down: (n, 3) m/s^2, gravity along the root's axes.
+    """
+    root = body.frames[0]
+    R = relative_pose(body, motion.q, root, link)[:, :3, :3]
+    J = frame_jacobian(body, motion.q, root, link)
+    felt = frame_motion(body, motion, link)
+    Y = load_regressor(felt.a - own(R, down), felt.w, felt.dw)
+    twists = np.concatenate([own(R, J[:, :3]), own(R, J[:, 3:])], axis=1)
+    return np.asarray(np.swapaxes(twists, 1, 2) @ Y)
 
 
-def motor_regressor(motion: ArmMotion, G: Array) -> Array:
+def motor_regressor(motion: Motion, G: Array) -> Array:
     """(n, n_joints, 4 n_motors): rotor inertia, viscous, Coulomb and offset of each motor.
 
     Args:
