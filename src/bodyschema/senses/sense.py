@@ -288,11 +288,18 @@ def check_samples(sense: Sense, seen: Array, shape: tuple[int, ...] | None = Non
         shape: of one sample; any when None.
 
     Raises:
-        InputError: wrong shape, or a value that is not finite, with the row.
+        InputError: wrong shape, a value that is not finite, with the row, or a clock without rate.
     """
     n = len(sense.time)
     expected_seen = (n, *(seen.shape[1:] if shape is None else shape))
     parts = {"time": (sense.time, (n,)), "q": (sense.q, (n, -1)), "seen": (seen, expected_seen)}
+    if sense.rate is not None:
+        parts["rate"] = (sense.rate, sense.q.shape)
+    elif sense.clock:
+        raise InputError(
+            f"{sense.label}: its clock '{sense.clock}' may be late, so its samples need the speeds "
+            "of the joints too: give rate (n, n_joints), dq/dt."
+        )
     for name, (array, expected) in parts.items():
         fits = array.ndim == len(expected) and all(
             want in (-1, have) for want, have in zip(expected, array.shape, strict=True)
