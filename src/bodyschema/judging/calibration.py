@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -19,6 +19,7 @@ from bodyschema.model.tree import Body
 
 Array = NDArray[np.float64]
 Verdict = Literal["calibrated", "learned", "only frames", "refused"]
+VERDICTS: tuple[Verdict, ...] = ("calibrated", "learned", "only frames", "refused")
 
 
 @dataclass(frozen=True)
@@ -38,37 +39,39 @@ class Candidate:
 class Calibration:
     """The answer of `calibrate`."""
 
-    verdict: Verdict
+    verdict: str
+    """Of `calibrate`: one of `VERDICTS`; other verbs have words of their own."""
     explanation: str
     """The verdict in a sentence or two."""
     fit: Estimate
-    groups: tuple[str, ...]
-    """Joint parameter groups that were freed."""
-    candidates: tuple[Candidate, ...]
     nominal: Accuracy
     """The robot as modelled, with only the frames placed that nobody knew; see `before`."""
     held_out: Accuracy
     """The corrected body alone, on samples that its fit had not seen."""
-    with_field: Accuracy
-    """The corrected body and its residual field (`discrepancy`), likewise held out."""
-    nominal_residuals: tuple[Array, ...]
-    """(n, dimension) a sense: seen minus predicted by the nominal robot, every sample; SI units."""
-    residuals: tuple[Array, ...]
-    """The same for the corrected body alone, held out."""
-    fields: Mapping[str, Discrepancy]
-    """The residual field of each sense, by its label."""
-    predicted: tuple[PredictedError, ...]
-    """Predicted 95 % error of what each sense looks at, over the postures that were seen."""
-    predicted_anywhere: tuple[PredictedError, ...]
-    """The same over postures anywhere within the joint limits."""
-    agreement: float
-    """Share of held-out errors within their predicted 95 % bounds; noise in, outliers out."""
     identifiability: Identifiability
     outliers: tuple[int, ...]
     """Row numbers."""
-    clock: ClockCheck
     n_rows: int
     seconds: float
+    groups: tuple[str, ...] = ()
+    """Joint parameter groups that were freed."""
+    candidates: tuple[Candidate, ...] = ()
+    with_field: Accuracy = Accuracy({}, {})  # noqa: RUF009  (a frozen record)
+    """The corrected body and its residual field (`discrepancy`), likewise held out; empty where no
+    field was looked for."""
+    nominal_residuals: tuple[Array, ...] = ()
+    """(n, dimension) a sense: seen minus predicted by the nominal robot, every sample; SI units."""
+    residuals: tuple[Array, ...] = ()
+    """The same for the corrected body alone, held out."""
+    fields: Mapping[str, Discrepancy] = field(default_factory=dict)
+    """The residual field of each sense, by its label."""
+    predicted: tuple[PredictedError, ...] = ()
+    """Predicted 95 % error of what each sense looks at, over the postures that were seen."""
+    predicted_anywhere: tuple[PredictedError, ...] = ()
+    """The same over postures anywhere within the joint limits."""
+    agreement: float = float("nan")
+    """Share of held-out errors within their predicted 95 % bounds; noise in, outliers out."""
+    clock: ClockCheck = ClockCheck(1.0, ())  # noqa: RUF009  (a frozen record)
     learner: str = "batch"
     """Who found it."""
     from_nothing: bool = False

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bodyschema import Body, Calibration, calibrate, lie
+from bodyschema import Answer, Body, calibrate, lie
 from bodyschema.report.evidence import Evidence
 from bodyschema.senses.sense import Sense
 from simulated import points, poses, postures
@@ -30,7 +30,7 @@ RUN = {
 class Case:
     """What `report_html` needs."""
 
-    calibration: Calibration
+    calibration: Answer
     nominal: Body
     senses: tuple[Sense, ...]
     run: dict[str, Any]
