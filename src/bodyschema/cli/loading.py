@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import cast
 
@@ -36,6 +36,8 @@ class Loaded:
     senses: tuple[Sense, ...]
     frames: Mapping[str, Knowledge]
     """Frames that are not known exactly."""
+    parts: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
+    """Parts that are not known exactly, and which of their numbers; None for all."""
 
 
 def load(run: RunFile) -> Loaded:
