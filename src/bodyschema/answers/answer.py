@@ -1,0 +1,206 @@
+"""Answer: what a person gets: verdict, estimate, errors, what is not told, and how to apply it.
+
+    answer = bs.calibrate(body, senses, frames)
+    print(answer.summary())
+    answer.save("calibrated")                    # corrected URDF, YAML, report, and answer.json
+    answer = bs.load("calibrated")               # the same answer on another day
+    answer.check(new_senses).changed             # is the robot still the one that was calibrated?
+    answer.plan(8, new_senses).q                 # postures that would tell most
+
+`answer.json` holds the whole answer at full precision; what was seen stays in the recording.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bodyschema.acting.next_poses import Plan, plan_poses
+from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.export.calibration_yaml import calibration_document
+from bodyschema.export.record import decoded
+from bodyschema.export.result_folder import ANSWER, FORM, result_files, run_record, write_result
+from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.judging.calibration import Calibration
+from bodyschema.model.tree import Body
+from bodyschema.monitoring.change import ChangeTest, detect_change
+from bodyschema.report.summary import summary_text
+from bodyschema.senses.sense import Sense
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Answer(Calibration):
+    """The answer of `calibrate` and `learn_skeleton`, with all that it was made from."""
+
+    verb: str = "calibrate"
+    """What was asked."""
+    described: Body | None = None
+    """The robot as described, without the frames that were attached."""
+    run: Mapping[str, Any] = field(default_factory=dict)
+    """What was asked, as run.json records it."""
+    senses: tuple[Sense, ...] = ()
+    """What was seen; not stored: empty in an answer that was loaded."""
+
+    @classmethod
+    def of(
+        cls,
+        found: Calibration,
+        senses: Sequence[Sense],
+        described: Body,
+        run: Mapping[str, Any] | None = None,
+        **more: Any,
+    ) -> Answer:
+        """An answer from what was found.
+
+        Args:
+            found: by the held-out test and the fit.
+            senses: what was seen.
+            described: the robot as described.
+            run: what was asked.
+            more: fields that differ from those found.
+        """
+        fields = {**vars(found), **more}
+        return cls(**fields, described=described, run=run or {}, senses=tuple(senses))
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """Everything that was found in plain values, as calibration.yaml has it."""
+        return calibration_document(self)
+
+    def summary(self, width: int = 100) -> str:
+        """Verdict, errors, corrections and what the data cannot tell, as the terminal shows them.
+
+        Args:
+            width: columns of the text.
+        """
+        return summary_text(self.document, width)
+
+    def _repr_html_(self) -> str:
+        """For notebooks: verdict and errors."""
+        from bodyschema.report.report import short_html
+
+        return short_html(self, self._described(), self.senses, self.run)
+
+    def plot(self) -> Figure:
+        """Held-out errors of every sample before and after, a panel for each thing seen.
+
+        Raises:
+            InputError: the answer was loaded, so that what was seen is not there.
+            MissingExtraError: matplotlib is not installed.
+        """
+        from bodyschema.report.evidence import Evidence
+        from bodyschema.report.residuals import residual_figure
+
+        evidence = Evidence(self, self._described(), self._seen(), self.run)
+        figure: Figure = residual_figure(evidence)
+        return figure
+
+    def to_urdf(self) -> str:
+        """The corrected robot: the user's own file with the changed numbers, or one newly written.
+
+        Without a description file it is a tree of bare links and joints.
+        """
+        source = self._source()
+        if source is not None:
+            packages = self.run.get("packages", {})
+            return result_files(self, self._described(), source, packages)["robot.urdf"].decode()
+        return write_urdf(self.body).decode()
+
+    def save(self, folder: str | Path, overwrite: bool = False) -> list[Path]:
+        """Write the result folder, whole or not at all; see `export.result_folder`.
+
+        Args:
+            folder: where; new, empty, or with `overwrite` an earlier result.
+            overwrite: replace an earlier result.
+
+        Returns:
+            The paths of the files. report.html is there if the extra `report` is installed.
+
+        Raises:
+            InputError: the folder cannot be written, or holds something else.
+        """
+        source = self._source()
+        more = self._report(source)
+        return write_result(
+            self, self._described(), source, Path(folder), self.run, overwrite, more
+        )
+
+    def check(self, senses: Sequence[Sense], false_alarm: float = 0.01) -> ChangeTest:
+        """Whether the body has changed, from new samples; see `monitoring.change`."""
+        return detect_change(self.estimate, senses, self.fields, false_alarm)
+
+    def plan(self, n: int = 10, senses: Sequence[Sense] = (), seed: int = 0) -> Plan:
+        """The next poses that tell most; see `acting.next_poses`.
+
+        Args:
+            n: how many.
+            senses: what would be seen; the recorded ones when empty.
+            seed: of the candidates.
+        """
+        return plan_poses(self.estimate, tuple(senses) or self._seen(), n, seed=seed)
+
+    def _report(self, source: Path | None) -> dict[str, bytes]:
+        if not self.senses:
+            return {}
+        from bodyschema.report.report import report_html
+
+        record = run_record(source, self.run)
+        try:
+            page = report_html(self, self._described(), self.senses, record)
+        except MissingExtraError:
+            return {}
+        return {"report.html": page.encode()}
+
+    def _source(self) -> Path | None:
+        """The description, if it is still there."""
+        source = Path(self._described().source)
+        return source if source.is_file() else None
+
+    def _described(self) -> Body:
+        return self.fit.reference if self.described is None else self.described
+
+    def _seen(self) -> tuple[Sense, ...]:
+        if not self.senses:
+            raise InputError(
+                "this answer was loaded, and what was seen is not stored with it; give the senses."
+            )
+        return self.senses
+
+
+def load(folder: str | Path) -> Answer:
+    """Read a result folder back.
+
+    Args:
+        folder: that `save` or a verb of the command line wrote.
+
+    Raises:
+        InputError: it holds no answer, or one of another version.
+    """
+    path = Path(folder) / ANSWER
+    if not path.is_file():
+        raise InputError(f"no {ANSWER} in '{folder}'; name a folder that bodyschema wrote.")
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        form = document.pop("form")
+    except (OSError, ValueError, KeyError, AttributeError) as error:
+        raise InputError(
+            f"'{path}' cannot be read ({type(error).__name__}); calibrate again."
+        ) from None
+    if form != FORM:
+        raise InputError(f"'{path}' has form {form}, this version reads {FORM}; calibrate again.")
+    try:
+        answer = decoded(Answer, document)
+        run = json.loads((path.parent / "run.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"'{path}' cannot be read ({type(error).__name__}); calibrate again."
+        ) from None
+    except InputError as error:
+        raise InputError(f"'{path}' is damaged: {error} Calibrate again.") from None
+    return replace(answer, run=run)

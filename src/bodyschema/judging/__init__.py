@@ -1,0 +1,1 @@
+"""Which model the data speak for, and how far to trust what it says."""
