@@ -60,6 +60,12 @@ def each(point: ArrayLike | None, n: int) -> Array:
     return np.tile(v, (n, 1)) if v.ndim == 1 else v
 
 
+def column(numbers: ArrayLike, n: int) -> Array:
+    """A number for each of n samples, (n, 1), from as many or from one for all."""
+    given = np.asarray(numbers, dtype=np.float64)
+    return np.tile(given.reshape(-1, 1), (n, 1)) if given.size == 1 else given.reshape(-1, 1)
+
+
 def shown(points: Array, but: Collection[str] = ()) -> tuple[str, ...]:
     """Components of a frame's placement that its points can show: no turn about the origin."""
     components = PLACEMENT if points.any() else PLACEMENT[:3]

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.errors import InputError
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
-from bodyschema.senses.carried import carried, carried_position, each, shown
+from bodyschema.senses.carried import carried, carried_position, column, each, shown
 from bodyschema.senses.ends import Ends
 from bodyschema.senses.placing import by_distances
 from bodyschema.senses.sense import Linearized, Sense, check_samples
@@ -94,10 +94,9 @@ class Distances(Sense):
             InputError: a distance too short to have a direction, see the module.
         """
         n = len(np.atleast_2d(np.asarray(q)))
-        read = np.asarray(distance, dtype=np.float64)
-        column = np.broadcast_to(read.reshape(-1, 1), (n, 1)) if read.size in (1, n) else read
+        read = column(distance, n)
         more = {**more, "anchor": each(anchor, n), "end": each(end, n), "sensor": sensor}
-        made = super().make(q, column, seen_from, seen, std, time, rows, **more)
+        made = super().make(q, read, seen_from, seen, std, time, rows, **more)
         short = made.observed[:, 0] < SHORTEST * np.sqrt(made.covariance[0, 0])
         if short.any() and not sensor:
             raise InputError(

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.errors import InputError
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
-from bodyschema.senses.carried import carried, carried_position, each, shown
+from bodyschema.senses.carried import carried, carried_position, column, each, shown
 from bodyschema.senses.ends import Ends, tilted
 from bodyschema.senses.placing import by_heights
 from bodyschema.senses.sense import Linearized, Sense, check_samples
@@ -79,10 +79,9 @@ class Planes(Sense):
             more: `stated`, `clock`, `rate`.
         """
         n = len(np.atleast_2d(np.asarray(q)))
-        at = np.asarray(height, dtype=np.float64)
-        column = np.broadcast_to(at.reshape(-1, 1), (n, 1)) if at.size in (1, n) else at
+        at = column(height, n)
         more = {**more, "point": each(point, n)}
-        return super().make(q, column, seen_from, seen, std, time, rows, **more)
+        return super().make(q, at, seen_from, seen, std, time, rows, **more)
 
     @property
     def shows(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
