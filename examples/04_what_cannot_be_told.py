@@ -39,7 +39,7 @@ def poses(q: np.ndarray) -> bs.Poses:
     return bs.Poses.make(q, pose, "tracker", "marker")
 
 
-def tell(title: str, body: bs.Body, sense: bs.Points | bs.Poses, frames: dict) -> bs.Calibration:
+def tell(title: str, body: bs.Body, sense: bs.Points | bs.Poses, frames: dict) -> bs.Answer:
     """Calibrate the zeros and say what stays open."""
     answer = bs.calibrate(body, [sense], frames, groups=["offsets"])
     known, n = answer.identifiability, len(answer.estimate.variables)

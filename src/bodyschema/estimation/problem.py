@@ -70,8 +70,8 @@ class Problem:
         return join(*free, *(free_part(self.body, part, some) for part, some in self.parts.items()))
 
     def fit(self, variables: Variables, senses: Senses) -> Estimate:
-        """Place the unknown frames by closed form, then fit."""
-        body = start_frames(self.body, self.unknown, senses)
+        """Place the unknown frames and begin the free parts by closed form, then fit."""
+        body = start_frames(self.body, (*self.unknown, *self.parts), senses)
         return self.learner.fit(body, variables, senses)
 
     def _shown(self, frame: str) -> frozenset[str]:

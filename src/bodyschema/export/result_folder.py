@@ -42,8 +42,9 @@ INPUT_KEYS = ("robot", "skeleton", "recording", "inputs")
 ANSWER, FORM = "answer.json", 2
 """The whole answer, and the version of its form."""
 
-UNSTORED = frozenset({"senses", "run", "visuals"})
-"""Fields that answer.json leaves out: the recording has them, run.json, and the description."""
+UNSTORED = frozenset({"senses", "run", "visuals", "seconds"})
+"""Fields that answer.json leaves out: the recording has them, run.json, and the
+description; and the time that it took."""
 
 TABLES = (".toml", ".json")
 """Suffixes of DH tables and arrangements; any other description is a URDF or a xacro file."""

@@ -52,7 +52,6 @@ class Calibration:
     outliers: tuple[int, ...]
     """Row numbers."""
     n_rows: int
-    seconds: float
     groups: tuple[str, ...] = ()
     """Joint parameter groups that were freed."""
     candidates: tuple[Candidate, ...] = ()
@@ -72,6 +71,8 @@ class Calibration:
     agreement: float = float("nan")
     """Share of held-out errors within their predicted 95 % bounds; noise in, outliers out."""
     clock: ClockCheck = ClockCheck(1.0, ())  # noqa: RUF009  (a frozen record)
+    seconds: float = 0.0
+    """That it took; not stored, so that the same run gives the same bytes."""
     learner: str = "batch"
     """Who found it."""
     from_nothing: bool = False

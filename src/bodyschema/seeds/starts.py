@@ -24,6 +24,8 @@ from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.seeds import closed_forms as hand_eye
 from bodyschema.seeds.pair_starts import QUANTILE, pair_starts
+from bodyschema.seeds.pixel_poses import seen_poses
+from bodyschema.senses.pixels import Pixels
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
 from bodyschema.senses.sense import Sense
@@ -41,33 +43,60 @@ GUESSES = 0.15 * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
 
 
 def start_frames(body: Body, unknown: Collection[str], senses: Sequence[Sense]) -> Body:
-    """Place the unknown frames where the samples say, roughly.
+    """Place the unknown frames, and begin the unknown parts, where the samples say, roughly.
+
+    Senses with fewer unknown ends come first: what they settle is known to the others. A sense that
+    can say where its ends are (`Sense.start`, or the closed forms here) settles them.
 
     Args:
         body: nominal body with all frames attached.
-        unknown: fixed frames to be placed; each must be an end of some sense.
+        unknown: fixed frames to be placed, each an end of some sense; parts to begin.
         senses: what was seen.
 
     Raises:
-        InputError: an unknown frame is at no end of any sense.
+        InputError: an unknown frame is at no end of any sense, or only at ends of senses that
+            cannot start it.
     """
-    open_frames = set(unknown)
-    # Senses with fewer unknown ends first: what they settle is known to the others.
+    frames = {name for name in unknown if name in body.frames}
+    parts = set(unknown) - frames
     waiting = [sense for sense in senses if len(sense)]
-    while open_frames and waiting:
-        waiting.sort(key=lambda s: len(open_frames & {s.seen_from, s.seen}))
-        sense = waiting.pop(0)
-        ends = open_frames & {sense.seen_from, sense.seen}
-        if ends:
-            body = _place(body, sense, sense.seen_from in ends, sense.seen in ends)
-            open_frames -= ends
-    if open_frames:
-        names = ", ".join(sorted(open_frames))
-        raise InputError(f"frame {names} is unknown, but no sense begins or ends in it.")
+    while waiting:
+        waiting.sort(key=lambda sense: len(frames & set(_ends(sense))))
+        settled = ((sense, _started(body, sense, frames | parts)) for sense in waiting)
+        sense, found = next(((s, b) for s, b in settled if b is not None), (None, None))
+        if sense is None or found is None:
+            break
+        body, waiting = found, [other for other in waiting if other is not sense]
+        frames -= set(_ends(sense))
+    if frames:
+        name = min(frames)
+        near = [sense.label for sense in senses if len(sense) and name in _ends(sense)]
+        raise InputError(
+            f"frame {name} is unknown, and nothing in what was seen ({', '.join(near)}) can place "
+            'it from nothing; state roughly where it is, known = "roughly".'
+            if near
+            else f"frame {name} is unknown, but no sense begins or ends in it."
+        )
     return body
 
 
-def _place(body: Body, sense: Sense, find_x: bool, find_y: bool) -> Body:
+def _ends(sense: Sense) -> tuple[str, ...]:
+    return tuple(frame for pair in sense.pairs for frame in pair)
+
+
+def _started(body: Body, sense: Sense, unknown: Collection[str]) -> Body | None:
+    """The body with a sense's unknown ends and parts begun; None if it has or can say none."""
+    found = sense.start(body, unknown)
+    if found is not None:
+        return found
+    poses = seen_poses(body, sense) if isinstance(sense, Pixels) else sense
+    ends = (sense.seen_from in unknown, sense.seen in unknown)
+    if any(ends) and isinstance(poses, Points | Poses):
+        return _place(body, poses, *ends)
+    return None
+
+
+def _place(body: Body, sense: Points | Poses, find_x: bool, find_y: bool) -> Body:
     a, b = body.frame_index(sense.seen_from), body.frame_index(sense.seen)
     # An end whose placement is known stays inside K; identity then stands for it.
     left = body.frames[body.parent[a]] if find_x else sense.seen_from
@@ -75,10 +104,8 @@ def _place(body: Body, sense: Sense, find_x: bool, find_y: bool) -> Body:
     K = relative_pose(body, sense.q, left, right)
     if isinstance(sense, Poses):
         X, Y = _from_poses(K, sense.pose, find_x, find_y)
-    elif isinstance(sense, Points):
-        X, Y = _from_points(K, sense.position, find_x, find_y)
     else:
-        raise InputError(f"{sense.label}: this sense cannot start an unknown frame.")
+        X, Y = _from_points(K, sense.position, find_x, find_y)
     if find_x:
         body = body.with_placement(sense.seen_from, X)
     if find_y:

@@ -9,7 +9,7 @@ of the prediction.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -108,6 +108,10 @@ class Poses(Sense):
         by_parameter[:, 3:] = back @ D.by_parameter[:, 3:]
         by_joint[:, 3:] = back @ D.by_joint[:, 3:]
         return self.late(Linearized(residual, by_parameter, by_joint), variables)
+
+    def _nothing(self, n: int) -> Self:
+        fields = self._zeros(n)
+        return replace(self, **{**fields, "observed": np.tile(np.eye(4), (n, 1, 1))})
 
     def _error(self, predicted: Array) -> Array:
         turned = self.pose[:, :3, :3] @ np.swapaxes(predicted[:, :3, :3], 1, 2)

@@ -240,11 +240,11 @@ class Sense:
         return tuple(name for name in named if isinstance(getattr(self, name), np.ndarray))
 
     def _nothing(self, n: int) -> Self:
-        """n samples of zeros, of a batch that has none to take from."""
-        zeros: dict[str, Any] = {
-            name: np.zeros((n, *getattr(self, name).shape[1:])) for name in self.arrays
-        }
-        return replace(self, **zeros)
+        """n samples of a batch that has none to take from."""
+        return replace(self, **self._zeros(n))
+
+    def _zeros(self, n: int) -> dict[str, Any]:
+        return {name: np.zeros((n, *getattr(self, name).shape[1:])) for name in self.arrays}
 
 
 def concatenate(parts: Sequence[Sense]) -> Sense:

@@ -156,7 +156,7 @@ def test_bad_requests(
 
 def test_no_result_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["plan", str(tmp_path)]) == 2
-    assert "no estimate.json" in capsys.readouterr().err
+    assert "no answer.json" in capsys.readouterr().err
 
 
 def test_files_are_not_replaced_unasked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

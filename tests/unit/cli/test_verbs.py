@@ -56,7 +56,7 @@ def test_calibrate_prints_one_json_object(
 def test_the_same_run_gives_the_same_bytes(simulated: Path, result: Path, tmp_path: Path) -> None:
     out = tmp_path / "again"
     assert run(["calibrate", str(simulated / "run.toml"), "-o", str(out), "--free", "offsets"]) == 0
-    for name in ("robot.urdf", "kinematics.yaml", "transforms.yaml", "estimate.json"):
+    for name in ("robot.urdf", "kinematics.yaml", "transforms.yaml", "answer.json"):
         assert (out / name).read_bytes() == (result / name).read_bytes()
 
 
@@ -95,7 +95,7 @@ def test_check_refuses_what_it_cannot_use(
     assert run(["check", str(result), "--recording", str(tmp_path / "two.csv")]) == 2
     assert "at least 3" in capsys.readouterr().err
     assert run(["check", str(tmp_path), "--recording", str(simulated / "recording.csv")]) == 2
-    assert "name a folder that calibrate wrote" in capsys.readouterr().err
+    assert "name a folder that bodyschema wrote" in capsys.readouterr().err
 
 
 def test_export_into_the_original(

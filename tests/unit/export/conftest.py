@@ -11,8 +11,8 @@ import pytest
 
 import bodyschema
 from bodyschema import lie
-from bodyschema.judging.calibration import Calibration
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.judging.calibration import Calibration
 from bodyschema.model.tree import Body
 from bodyschema.model.urdf import parse_urdf
 

@@ -26,7 +26,7 @@ FILES = [
     "robot.urdf",
     "calibration.yaml",
     "kinematics.yaml",
-    "estimate.json",
+    "answer.json",
     "transforms.yaml",
     "run.json",
 ]

@@ -169,10 +169,17 @@ def test_an_unknown_frame_that_nothing_sees_is_refused() -> None:
         start_frames(body, ["tool", "tip"], [seen])
 
 
+class Unknown(Sense):
+    """A kind that cannot say where its ends are."""
+
+    measures = (("position", "m", 3),)
+
+
 def test_a_sense_that_is_neither_points_nor_poses_is_refused() -> None:
     rng = np.random.default_rng(5)
     body = seen_arm(4, rng)
     seen = points(body, postures(3, body, rng), rng)
-    other = Sense(seen.time, seen.q, "tracker", "tool", seen.covariance, seen.rows)
-    with pytest.raises(InputError, match="cannot start an unknown frame"):
+    batch = (seen.covariance, seen.rows, seen.observed)
+    other = Unknown(seen.time, seen.q, "tracker", "tool", *batch)
+    with pytest.raises(InputError, match="state roughly where it is"):
         start_frames(body, ["tool"], [other])
