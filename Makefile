@@ -16,7 +16,7 @@ INSTALL = $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/pyt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo test check format-check lint types imports bench docs clean
+.PHONY: help setup demo test check format-check lint types imports bench figures docs clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -48,6 +48,9 @@ bench: .venv/.installed ## measure accuracy on recordings, speed, and whether an
 	$(BIN)/python benchmarks/recordings.py
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/trust.py
+
+figures: .venv/.installed ## compare the key figures of every part with their frozen values
+	$(BIN)/python benchmarks/figures.py
 
 docs: .venv/.installed-docs ## build the documentation into docs/_build
 	$(BIN)/sphinx-build -W --keep-going --quiet docs docs/_build
