@@ -191,8 +191,9 @@ class Body:
             parent: the frame that it hangs on.
             T_parent_frame: (4, 4); identity when None.
         """
-        if frame in self.frames:
-            raise InputError(f"{self.name} has a frame '{frame}' already; choose another name.")
+        if frame in self.frames or frame in self.parts:
+            kind = "frame" if frame in self.frames else "part"
+            raise InputError(f"{self.name} has a {kind} '{frame}' already; choose another name.")
         T = _rigid(np.eye(4) if T_parent_frame is None else T_parent_frame)
         return replace(
             self,
@@ -214,7 +215,15 @@ class Body:
         return replace(self, placement=placement)
 
     def with_part(self, name: str, part: Part) -> Body:
-        """A body with one more part, or with another one of that name."""
+        """A body with one more part, or with another one of that name.
+
+        Raises:
+            InputError: a frame has that name; what is unknown is known by its name alone.
+        """
+        if name in self.frames:
+            raise InputError(
+                f"{self.name} has a frame '{name}'; give the {part.kind} another name."
+            )
         return replace(self, parts={**self.parts, name: part})
 
     def part(self, name: str) -> Part:

@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 LEAST, LEAST_SOLID = 4, 6
 """Points of a flat target and of any other one that a picture must show."""
 
+PICTURES = 3
+"""Poses that K Y = X T needs for two unknown frames."""
+
 SLIM, FLAT = 1e-3, 1e-2
 """Extent over the largest: points thinner in two directions are a line, in one a plane."""
 
@@ -37,7 +40,7 @@ BEHIND = 10.0
 
 
 def seen_poses(body: Body, sense: Pixels) -> Poses | None:
-    """What a camera's pictures say of a target's pose; None when no picture shows enough of it.
+    """What a camera's pictures say of a target's pose; None when too few show enough of it.
 
     Args:
         body: has the lens and the scale.
@@ -55,7 +58,7 @@ def seen_poses(body: Body, sense: Pixels) -> Poses | None:
         if T is not None:
             found.append(T)
             kept.append(sample)
-    if not found:
+    if len(found) < PICTURES:
         return None
     rate = None if sense.rate is None else sense.rate[kept]
     return Poses.make(

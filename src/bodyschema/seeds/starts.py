@@ -25,6 +25,7 @@ from bodyschema.model.tree import Body
 from bodyschema.seeds import closed_forms as hand_eye
 from bodyschema.seeds.pair_starts import QUANTILE, pair_starts
 from bodyschema.seeds.pixel_poses import seen_poses
+from bodyschema.seeds.pixel_rays import place_by_rays
 from bodyschema.senses.pixels import Pixels
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
@@ -45,8 +46,9 @@ GUESSES = 0.15 * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
 def start_frames(body: Body, unknown: Collection[str], senses: Sequence[Sense]) -> Body:
     """Place the unknown frames, and begin the unknown parts, where the samples say, roughly.
 
-    Senses with fewer unknown ends come first: what they settle is known to the others. A sense that
-    can say where its ends are (`Sense.start`, or the closed forms here) settles them.
+    Senses with fewer unknown ends come first, of those the ones that show more of them: what they
+    settle is known to the others. A sense that can say where its ends are (`Sense.start`, or the
+    closed forms here) settles them.
 
     Args:
         body: nominal body with all frames attached.
@@ -61,7 +63,7 @@ def start_frames(body: Body, unknown: Collection[str], senses: Sequence[Sense]) 
     parts = set(unknown) - frames
     waiting = [sense for sense in senses if len(sense)]
     while waiting:
-        waiting.sort(key=lambda sense: len(frames & set(_ends(sense))))
+        waiting.sort(key=lambda sense: _order(sense, frames))
         settled = ((sense, _started(body, sense, frames | parts)) for sense in waiting)
         sense, found = next(((s, b) for s, b in settled if b is not None), (None, None))
         if sense is None or found is None:
@@ -84,13 +86,22 @@ def _ends(sense: Sense) -> tuple[str, ...]:
     return tuple(frame for pair in sense.pairs for frame in pair)
 
 
+def _order(sense: Sense, unknown: Collection[str]) -> tuple[int, int]:
+    """Number of unknown ends, fewer first; components that are shown of them, more first."""
+    ends = zip(_ends(sense), sense.shows * len(sense.pairs), strict=True)
+    shown = [len(components) for frame, components in ends if frame in unknown]
+    return len(shown), -sum(shown)
+
+
 def _started(body: Body, sense: Sense, unknown: Collection[str]) -> Body | None:
     """The body with a sense's unknown ends and parts begun; None if it has or can say none."""
     found = sense.start(body, unknown)
     if found is not None:
         return found
-    poses = seen_poses(body, sense) if isinstance(sense, Pixels) else sense
     ends = (sense.seen_from in unknown, sense.seen in unknown)
+    poses = seen_poses(body, sense) if isinstance(sense, Pixels) and any(ends) else sense
+    if isinstance(sense, Pixels) and poses is None:
+        return place_by_rays(body, sense, unknown)
     if any(ends) and isinstance(poses, Points | Poses):
         return _place(body, poses, *ends)
     return None

@@ -9,6 +9,7 @@ from bodyschema import lie
 from bodyschema.errors import InputError
 from bodyschema.model.kernels import FIXED, PRISMATIC, REVOLUTE
 from bodyschema.model.kinematics import frame_poses, relative_pose
+from bodyschema.model import parts
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import free_frame, free_joints
 
@@ -123,3 +124,11 @@ def test_refusals_name_the_alternatives(arm: Body, call: object, message: str) -
     assert callable(call)
     with pytest.raises(InputError, match=message):
         call(arm)
+
+
+def test_a_part_and_a_frame_do_not_share_a_name() -> None:
+    body = Body.random_chain(2, np.random.default_rng(0)).with_part("imu", parts.accelerometer())
+    with pytest.raises(InputError, match="has a part 'imu' already"):
+        body.attach("imu", "tip")
+    with pytest.raises(InputError, match="has a frame 'tip'; give the clock another name"):
+        body.with_part("tip", parts.clock())

@@ -22,7 +22,7 @@ def body() -> Body:
     arm = Body.random_chain(4, np.random.default_rng(0))
     arm = arm.attach("world", "base", lie.transform(lie.exp_so3([0.1, -0.2, 0.0]), np.zeros(3)))
     mount = lie.transform(lie.exp_so3([1.0, -2.0, 0.5]), [0.1, 0.2, 0.3])
-    return arm.attach("imu", "tip", mount).with_part("imu", parts.accelerometer())
+    return arm.attach("imu", "tip", mount).with_part("feel", parts.accelerometer())
 
 
 def felt(body: Body, n: int, seed: int = 1, std: float = 0.02, **more: str) -> Gravity:
@@ -41,9 +41,9 @@ def test_a_sensor_at_rest_reads_up(body: Body) -> None:
 
 
 def test_offsets_and_gains(body: Body) -> None:
-    true = felt(body, 3, std=1e-12, sensor="imu")
+    true = felt(body, 3, std=1e-12, sensor="feel")
     values = np.array([0.1, 0.2, -0.1, 0.01, -0.02, 0.03])
-    off = body.with_part("imu", replace(body.parts["imu"], values=values))
+    off = body.with_part("feel", replace(body.parts["feel"], values=values))
     read = replace(true, observed=(1 + values[3:]) * true.observed + values[:3])
     assert np.abs(read.residual(off)).max() < 1e-9
 
