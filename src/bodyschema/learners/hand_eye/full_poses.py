@@ -12,9 +12,10 @@ The eye's lengths may have a scale of their own: a single moving camera has no o
 printed in another size than was said looks like one. It is free where that raises the logarithm of
 the likelihood by more than half the logarithm of the numbers seen (Schwarz 1978) and `MARGIN`.
 
-Motions that all turn about one axis leave the translation of X along that axis open. The covariance
-says so, and where its largest standard deviation exceeds what the caller accepts, the answer names
-the axis and is not to be trusted.
+What is wanted is the place of the eye: X where the hand carries it, Y where the base does. Motions
+that all turn about one axis leave its translation along that axis open. The covariance says so, and
+where its largest standard deviation exceeds what the caller accepts, the answer names the axis and
+is not to be trusted.
 """
 
 from __future__ import annotations
@@ -40,6 +41,9 @@ MARGIN = 10.0
 FEWEST_SCALED = 10
 """Pairs from which a scale is looked for: fewer leave too little to judge the noise by."""
 
+ONE_AXIS = 0.05
+"""Share of turning about other axes below which all turns are about one."""
+
 LEAST_TURN = 0.01
 """rad: poses that turn less than this from each other show nothing of where the eye is."""
 
@@ -61,11 +65,15 @@ class HandEye:
     weights: Array
     """(n,) probability of each pair to be good."""
     uncertain_axis: Array
-    """(3,) unit, in the hand's frame: where the translation of X is known least."""
+    """(3,) unit, in the frame that carries the eye: where its translation is known least."""
     largest_std: float
     """m, along that axis."""
     accepted_std: float
     """m, what the caller accepts."""
+    eye_on: Mount = "hand"
+    """What carries the eye."""
+    second_turn: float = 1.0
+    """Turning about other axes than the first one, as a share of that about it."""
 
     @property
     def determined(self) -> bool:
@@ -82,9 +90,16 @@ class HandEye:
             )
             return f"the translation is known to {size} or better in every direction{scaled}."
         axis = ", ".join(f"{part:+.2f}" for part in self.uncertain_axis)
+        open_axis = f"the translation along ({axis}) of the {self.eye_on} is not determined"
+        if self.second_turn < ONE_AXIS:
+            return (
+                f"{open_axis} (std {size}): the hand hardly turned about any other axis; record "
+                "poses that tilt across this axis too."
+            )
+        noise = f"{1e3 * float(np.sqrt(np.trace(self.noise[:3, :3]))):.2g} mm"
         return (
-            f"the translation along ({axis}) of the hand is not determined (std {size}): the hand "
-            "hardly turned about any other axis; record poses that tilt across this axis too."
+            f"{open_axis} (std {size}): the poses agree to {noise} only; record more that turn "
+            "farther, or look whether they are declared as they were recorded."
         )
 
 
@@ -127,7 +142,7 @@ def solve_hand_eye(
     fits = [_likeliest(A, B, starts, free) for free in tried]
     gain = fits[-1].likelihood - fits[0].likelihood
     chosen = fits[-1] if gain > 0.5 * np.log(6 * len(A)) + MARGIN else fits[0]
-    return _answer(chosen, accepted_std)
+    return _answer(chosen, accepted_std, eye_on, _second_turn(A))
 
 
 def _likeliest(A: Array, B: Array, starts: list[Frames], free_scale: bool) -> PairFit:
@@ -147,15 +162,23 @@ def _poses(values: ArrayLike, name: str) -> Array:
     return T
 
 
-def _answer(fit: PairFit, accepted_std: float) -> HandEye:
+def _second_turn(A: Array) -> float:
+    """How much less the hand turned about the second axis than about the first: 0 to 1."""
+    turns = lie.log_so3(A[0, :3, :3].T @ A[:, :3, :3])
+    sizes = np.linalg.svd(turns, compute_uv=False)
+    return float(sizes[1] / max(sizes[0], 1e-300))
+
+
+def _answer(fit: PairFit, accepted_std: float, eye_on: Mount, second_turn: float) -> HandEye:
     size = len(fit.information)
     prior = np.zeros(size)
     prior[:3] = REACH**-2
     # Y follows X where the poses leave both open; a weak prior keeps the inverse finite.
     prior[6:9] = (10 * REACH) ** -2
     covariance = np.linalg.inv(fit.information + np.diag(prior + 1e-9))
-    rotation = fit.X[:3, :3]
-    values, vectors = np.linalg.eigh(rotation @ covariance[:3, :3] @ rotation.T)
+    eye, first = (fit.X, 0) if eye_on == "hand" else (fit.Y, 6)
+    rotation, mine = eye[:3, :3], slice(first, first + 3)
+    values, vectors = np.linalg.eigh(rotation @ covariance[mine, mine] @ rotation.T)
     axis = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
     return HandEye(
         fit.X,
@@ -167,4 +190,6 @@ def _answer(fit: PairFit, accepted_std: float) -> HandEye:
         axis,
         float(np.sqrt(values[-1])),
         accepted_std,
+        eye_on,
+        second_turn,
     )
