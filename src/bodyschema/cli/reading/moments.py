@@ -1,0 +1,161 @@
+"""Moments: the rows of one recording, with what the joints did there, as senses are read from it.
+
+Rows of several recordings are numbered through, so that rows of two files are never one moment: row
+i of a recording has the number `first` + i.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bodyschema.cli.reading.joints import column_of, read_joints
+from bodyschema.errors import InputError
+from bodyschema.model.tree import Body
+from bodyschema.sources.recording import TIME_COLUMNS, Recording
+
+if TYPE_CHECKING:
+    from bodyschema.cli.reading.part_entry import PartEntry
+    from bodyschema.cli.reading.sense_entry import SenseEntry
+    from bodyschema.cli.run_file import JointColumns
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Moments:
+    """One recording, read for one body."""
+
+    body: Body
+    joints: JointColumns
+    parts: Mapping[str, PartEntry]
+    """Of the run, for the sizes of pictures."""
+    recording: Recording | None
+    """None for a recording that is gone: then nothing is seen in it."""
+    q: Array
+    """(n_rows, n_joints) rad and m."""
+    time: Array
+    """(n_rows,) s."""
+    clocked: bool
+    """Whether the times were recorded."""
+    first: int = 0
+    """Number of its first row."""
+
+    @classmethod
+    def of(
+        cls,
+        body: Body,
+        joints: JointColumns,
+        parts: Mapping[str, PartEntry],
+        recording: Recording,
+        time: str | None,
+    ) -> Moments:
+        """Read the joints and times of a recording.
+
+        Raises:
+            InputError: a cell is empty or no number, or time does not go on.
+        """
+        known = {*recording.columns, *recording.texts}
+        clocked = time != "" and (time is not None or any(c in known for c in TIME_COLUMNS))
+        q = read_joints(body, recording, joints)
+        return cls(body, joints, parts, recording, q, recording.time(time), clocked)
+
+    @classmethod
+    def none(cls, body: Body, joints: JointColumns, parts: Mapping[str, PartEntry]) -> Moments:
+        """A recording that is gone."""
+        return cls(body, joints, parts, None, np.zeros((0, len(body.joints))), np.zeros(0), True)
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def source(self) -> str:
+        """Where it came from, for messages."""
+        return self.recording.source if self.recording else "the recording"
+
+    def from_row(self, first: int) -> Moments:
+        """The same, numbered from there."""
+        return replace(self, first=first)
+
+    def read(self, columns: Sequence[str]) -> tuple[Array, Ints]:
+        """Columns as recorded (m, n_columns) and the rows in which they are filled (m,).
+
+        All rows where no column is named.
+        """
+        if self.recording is None or not columns:
+            return np.zeros((len(self), len(columns))), np.arange(len(self))
+        values, present = self.recording.matrix(columns, "1")
+        rows = np.flatnonzero(present)
+        return values[rows], rows
+
+    def has(self, columns: Sequence[str]) -> bool:
+        """Whether all these columns are in the recording."""
+        return self.recording is None or set(columns) <= {*self.recording.columns}
+
+    def more(self, entry: SenseEntry, rows: Ints, scales: ArrayLike) -> dict[str, Any]:
+        """What the makers of all senses take.
+
+        Args:
+            entry: the sense.
+            rows: of its samples, (m,).
+            scales: what one of the columns' unit is in SI, for each measure.
+        """
+        told: dict[str, Any] = {
+            "time": self.time[rows],
+            "rows": rows + self.first,
+            "stated": entry.stated,
+            "clock": entry.clock,
+        }
+        if entry.clock:
+            told["rate"] = self.speeds(entry)[rows]
+        if entry.std is not None:
+            sizes = np.asarray(scales, dtype=np.float64)
+            std = (entry.std,) if isinstance(entry.std, float | int) else entry.std
+            if len(std) not in (1, len(sizes)) or min(std) <= 0:
+                raise InputError(
+                    f"std of a sense of {entry.kind} is one number above 0 or "
+                    f"{len(sizes)}, it is {list(std)}."
+                )
+            told["std"] = np.asarray(std) * sizes
+        return told
+
+    def speeds(self, entry: SenseEntry) -> Array:
+        """(n_rows, n_joints) dq/dt: recorded, or the slope between the rows before and after."""
+        return self._pattern(entry.speeds, "speeds") if entry.speeds else self._slope(self.q)
+
+    def motion(self, entry: SenseEntry, rows: Ints) -> dict[str, Any]:
+        """Speeds and accelerations of the samples of a sense of forces; none at rest."""
+        if not entry.moving:
+            return {}
+        speeds = self.speeds(entry)
+        if entry.accelerations:
+            accelerations = self._pattern(entry.accelerations, "accelerations")
+        else:
+            accelerations = self._slope(speeds)
+        return {"dq": speeds[rows], "ddq": accelerations[rows]}
+
+    def _slope(self, values: Array) -> Array:
+        if len(values) < 2:
+            return np.zeros_like(values)
+        if not self.clocked:
+            raise InputError(
+                f"{self.source} has no column of times, so nothing tells how fast the joints "
+                'moved; name one, time = "t", or give the columns of speeds = "d_{joint}".'
+            )
+        return np.asarray(np.gradient(values, self.time, axis=0))
+
+    def _pattern(self, pattern: str, key: str) -> Array:
+        if self.recording is None:
+            return np.zeros_like(self.q)
+        names = [pattern.replace("{joint}", column_of(j, self.joints)) for j in self.body.joints]
+        if "{joint}" not in pattern or not set(names) & {*self.recording.columns}:
+            raise InputError(
+                f"{key} = '{pattern}' names no column of {self.source}; write {{joint}} where the "
+                f"name of a joint's column goes, such as 'd_{{joint}}' for '{names[0]}'."
+            )
+        return read_joints(self.body, self.recording, self.joints, pattern)
