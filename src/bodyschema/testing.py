@@ -170,8 +170,9 @@ def check_imagined(sense: Sense, body: Body) -> None:
     q = np.concatenate([sense.q, sense.q[:2]])
     there = sense.imagined(body, q)
     _require(
-        type(there) is type(sense) and there.label == sense.label and _same(there.q, q),
-        "`imagined` should give the same sense at the postures that are asked for",
+        type(there) is type(sense) and there.label == sense.label and _postures(there, q),
+        "`imagined` should give the same sense at the postures that are asked for, their samples "
+        "in this order and their number as row",
     )
     left = float(np.abs(there.residual(body)).max())
     size = max(1.0, float(np.abs(there.observed).max()))
@@ -239,6 +240,15 @@ def _require_slope(
             f"the derivative by {what} is {slope[row, component]:g} in sample {row}, row "
             f"{component} of the residual; differences say {quotient[row, component]:g}"
         )
+
+
+def _postures(there: Sense, q: Array) -> bool:
+    """Whether the samples are of postures q, one or more of each, in order."""
+    return (
+        _same(np.unique(there.rows), np.arange(len(q)))
+        and _same(there.q, q[there.rows])
+        and bool((np.diff(there.rows) >= 0).all())
+    )
 
 
 def _numbers(linear: Linearized) -> tuple[Array, Array, Array]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.model import parts
 from bodyschema.model.camera import Camera
+from bodyschema.model.inertia import Inertia
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, free_part, join
@@ -23,7 +24,9 @@ from bodyschema.senses.planes import Planes
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
 from bodyschema.senses.sense import Linearized, Sense, check_samples
+from bodyschema.senses.torques import Torques
 from bodyschema.senses.touches import Touches
+from bodyschema.senses.wrist_wrenches import WristWrenches
 from bodyschema.testing import check_sense
 
 Array = NDArray[np.float64]
@@ -48,6 +51,7 @@ def blank(kind: type[Sense], shape: tuple[int, ...], **more: Any) -> Callable[[A
     return lambda q: kind.make(q, np.zeros((len(q), *shape)), "eye", "tip", **more)
 
 
+moving = {"dq": RATE, "ddq": RATE[::-1]}
 late = {"clock": "clock", "rate": RATE}
 SENSES: dict[str, Callable[[Array], Sense]] = {
     "points": lambda q: Points.make(q, np.zeros((N, 3)), "eye", "tip"),
@@ -65,6 +69,20 @@ SENSES: dict[str, Callable[[Array], Sense]] = {
     "gravity": lambda q: Gravity.make(q, np.tile([0, 0, 9.81], (N, 1)), "eye", "tip"),
     "gravity of a sensor": lambda q: Gravity.make(
         q, np.tile([0, 0, 9.81], (N, 1)), "tip", "eye", "imu", **late
+    ),
+    "wrenches at rest": lambda q: WristWrenches.make(q, np.zeros((N, 6)), "tip", "eye"),
+    "wrenches in motion": lambda q: WristWrenches.make(
+        q, np.zeros((N, 6)), "tip", "eye", sensor="ft", loads=("load", "tool"), **moving, **late
+    ),
+    "torques": lambda q: Torques.make(
+        q,
+        np.zeros((N, 4)),
+        {"link_2": "tool", "tip": "load"},
+        "base",
+        "eye",
+        **moving,
+        drive="motors",
+        **late,
     ),
     "a user's own": lambda q: WireLengths.make(q, np.zeros(N), "eye", "tip", 1e-3),
 }
@@ -88,6 +106,10 @@ def body() -> Body:
         "clock": parts.clock(0.02),
         "wire": parts.sensor(("length",), ("m",), 0.1),
         "imu": parts.accelerometer(),
+        "ft": parts.force_sensor(),
+        "load": parts.load(),
+        "tool": parts.load(Inertia(0.6, np.array([0.02, -0.02, 0.1]), np.diag([3e-3] * 3))),
+        "motors": parts.drive(arm.joints),
     }
     for name, part in made.items():
         arm = arm.with_part(name, part)
@@ -109,7 +131,7 @@ def seen(name: str, body: Body) -> Sense:
     if isinstance(sense, Poses):
         return replace(sense, observed=shown)
     noise = np.random.default_rng(5).normal(size=shown.shape)
-    return replace(sense, observed=shown + noise * np.sqrt(sense.covariance[0, 0]))
+    return replace(sense, observed=shown + noise * np.sqrt(np.diag(sense.covariance)))
 
 
 @pytest.mark.parametrize("name", SENSES)

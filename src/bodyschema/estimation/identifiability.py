@@ -157,8 +157,8 @@ def _information_at_random(fit: Estimate, senses: Sequence[Sense], seed: int) ->
     for sense, level in zip(senses, fit.levels, strict=True):
         ideal = sense.imagined(estimate.body, q)
         part = whiten(ideal, estimate.reference, estimate.variables, estimate.x)
-        H, _ = information([part], [level], [np.ones(len(q))])
-        total += H * max(len(sense), 1) / len(q)
+        H, _ = information([part], [level], [np.ones(len(ideal))])
+        total += H * max(len(sense), 1) / max(len(ideal), 1)
     return total
 
 

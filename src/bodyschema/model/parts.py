@@ -6,6 +6,8 @@
     clock     lag of a stream behind the joint readings                                s
     target    scale of a board, a tag or a tool that was drawn or measured in wrong units
     drive     inertia, friction, offset and gain of every joint's motor, friction being added up
+    edge      how far outward masks or edges lie all round the body                    px
+    skin      how much thicker the body is than its mesh, patch by patch               m
     constants anything else that a sense of your own wants to learn
 
 The chart of a part is plain addition: a load's positivity is in its roots already. Planes,
@@ -49,13 +51,16 @@ DRIVE = (
 LAG_PRIOR, SCALE_PRIOR, GAIN_PRIOR = 0.1, 0.05, 0.02
 """s, 1 and 1: priors of a lag, of a target's scale and of a sensor's gain."""
 
+EDGE_PRIOR, SKIN_PRIOR = 1.0, 3e-4
+"""px and m: masks drawn by people, and meshes of machined links."""
+
 
 @dataclass(frozen=True)
 class Part:
     """One part of the model."""
 
     kind: str
-    """"lens", "load", "sensor", "clock", "target", "drive" or "constants"."""
+    """"lens", "load", "sensor", "clock", "target", "drive", "edge", "skin" or "constants"."""
     names: tuple[str, ...]
     """Of the numbers, without the part's own name."""
     units: tuple[str, ...]
@@ -166,6 +171,17 @@ def clock(lag: float = 0.0) -> Part:
 def target(scale: float = 1.0) -> Part:
     """The scale of a target's own coordinates."""
     return Part("target", ("scale",), ("1",), np.array([scale]), np.array([SCALE_PRIOR]))
+
+
+def edge() -> Part:
+    """How far outward of the body a mask, or an edge in images, lies all round it."""
+    return Part("edge", ("outward",), ("px",), np.zeros(1), np.array([EDGE_PRIOR]))
+
+
+def skin(patches: int) -> Part:
+    """How much thicker the body is than its mesh at each of so many patches of it."""
+    names = tuple(f"patch_{k + 1}" for k in range(patches))
+    return Part("skin", names, ("m",) * patches, np.zeros(patches), np.full(patches, SKIN_PRIOR))
 
 
 def constants(

@@ -75,7 +75,7 @@ def motor_regressor(motion: Motion, G: Array) -> Array:
     s, ds = motion.dq @ G.T, motion.ddq @ G.T
     columns = np.stack([ds, s, np.tanh(s / STICKING), np.ones_like(s)], axis=2)
     out = np.einsum("mj,nmc->njmc", G, columns)
-    return np.asarray(out).reshape(len(s), G.shape[1], -1)
+    return np.asarray(out).reshape(len(s), G.shape[1], 4 * len(G))
 
 
 def base_directions(W: Array, tolerance: float = 1e-8) -> tuple[Array, list[int]]:

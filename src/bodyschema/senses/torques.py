@@ -28,7 +28,7 @@ from bodyschema.model.parts import DRIVE, load_phi
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.joint_torques import link_regressor, motor_regressor
-from bodyschema.senses.sense import PLACEMENT, Linearized, Sense, check_samples
+from bodyschema.senses.sense import Linearized, Sense, check_samples
 from bodyschema.senses.wrist_wrenches import GRAVITY, LIGHTEST, LOAD_SPREAD
 
 Array = NDArray[np.float64]
@@ -135,11 +135,6 @@ class Torques(Sense):
         """Every link that weighs anything, seen from the root."""
         links = tuple((self.seen_from, link) for link, _ in self.loads)
         return ((self.seen_from, self.seen), *links)
-
-    @property
-    def shows(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Of the foot's frames only how they stand to gravity."""
-        return PLACEMENT[3:5], PLACEMENT[3:5]
 
     def predict(self, body: Body) -> Array:
         """What the motors would exert, (n, n_joints) Nm."""

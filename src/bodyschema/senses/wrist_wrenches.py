@@ -68,11 +68,8 @@ class WristWrenches(Sense):
     def __post_init__(self) -> None:
         check_samples(self, self.observed, (6,))
         for part in (self.dq, self.ddq):
-            if part is not None and part.shape != self.q.shape:
-                raise InputError(
-                    f"{self.label}: speeds and accelerations should have shape {self.q.shape} as "
-                    f"the readings have, not {part.shape}."
-                )
+            if part is not None:
+                check_samples(self, part, (self.q.shape[1],))
         if (self.dq is None) != (self.ddq is None):
             raise InputError(f"{self.label}: give both dq and ddq, or neither at rest.")
 
@@ -111,8 +108,8 @@ class WristWrenches(Sense):
 
     @property
     def shows(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Gravity has a direction and no place; about it nothing turns."""
-        return PLACEMENT[3:], PLACEMENT[3:5]
+        """Gravity has a direction and no place, and about it nothing turns; motion has both."""
+        return PLACEMENT[3:] if self.dq is None else PLACEMENT, PLACEMENT[3:5]
 
     def predict(self, body: Body) -> Array:
         """What the sensor would read, (n, 6) N and Nm."""

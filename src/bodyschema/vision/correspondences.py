@@ -154,19 +154,19 @@ def outward_gain(rim: Rim, T_cam_piece: ArrayLike, cameras: Sequence[Camera]) ->
     T = np.asarray(T_cam_piece, dtype=np.float64)[rim.camera, rim.piece]
     X = np.einsum("nij,nj->ni", T[:, :3, :3], rim.point) + T[:, :3, 3]
     f = np.array([camera.intrinsics[:2] for camera in cameras])[rim.camera]
-    return np.asarray(np.linalg.norm(_slope(rim.normal, X, f), axis=1))
+    return np.asarray(np.linalg.norm(normal_slope(rim.normal, X, f), axis=1))
 
 
-def _slope(normal: Array, X: Array, f: Array) -> Array:
-    """n^T P at points X before the camera, (n, 3)."""
-    pull, plane = normal * f / X[:, 2:], X[:, :2] / X[:, 2:]
-    return np.column_stack([pull, -np.sum(pull * plane, axis=1)])
+def normal_slope(normal: Array, X: Array, f: Array) -> Array:
+    """n^T P at points X before the camera: (*batch, 2), (*batch, 3), f (2,) -> (*batch, 3)."""
+    pull, plane = normal * f / X[..., 2:], X[..., :2] / X[..., 2:]
+    return np.concatenate([pull, -np.sum(pull * plane, axis=-1, keepdims=True)], axis=-1)
 
 
 def _by_twist(point: Array, normal: Array, camera: Camera, D: PoseDerivatives) -> Array:
     """n^T P [1, -[X']x], (n, 6)."""
     arm = point @ D.pose[:3, :3].T
-    a = _slope(normal, arm + D.pose[:3, 3], camera.intrinsics[:2])
+    a = normal_slope(normal, arm + D.pose[:3, 3], camera.intrinsics[:2])
     return np.hstack([a, np.cross(arm, a)])
 
 
