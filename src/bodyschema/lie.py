@@ -98,6 +98,12 @@ def inverse_left_jacobian(rotation_vector: ArrayLike) -> Array:
     return np.asarray(np.eye(3) - 0.5 * W + factor * (W @ W))
 
 
+def nearest_rotation(matrix: ArrayLike) -> Array:
+    """The rotation closest to a matrix in the Frobenius norm (orthogonal Procrustes), (3, 3)."""
+    U, _, Vt = np.linalg.svd(np.asarray(matrix, dtype=np.float64))
+    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
+
+
 def transform(rotation: ArrayLike, translation: ArrayLike) -> Array:
     """4x4 transform from (*batch, 3, 3) and (*batch, 3)."""
     R, t = np.asarray(rotation, dtype=np.float64), np.asarray(translation, dtype=np.float64)

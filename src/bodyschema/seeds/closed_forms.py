@@ -10,14 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.lie import nearest_rotation
 
 Array = NDArray[np.float64]
-
-
-def nearest_rotation(matrix: Array) -> Array:
-    """The rotation closest to a (3, 3) matrix in the Frobenius norm (orthogonal Procrustes)."""
-    U, _, Vt = np.linalg.svd(matrix)
-    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
 
 
 def align_points(source: Array, target: Array, weights: Array) -> Array:

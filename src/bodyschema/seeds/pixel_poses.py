@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.lie import nearest_rotation
 from bodyschema.model.lens import straight_rays
 from bodyschema.model.tree import Body
-from bodyschema.seeds.closed_forms import nearest_rotation
 from bodyschema.senses.pixels import Pixels
 from bodyschema.senses.poses import Poses
 

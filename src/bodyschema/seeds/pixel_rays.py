@@ -33,8 +33,8 @@ DRAWS, OF = 30, 8
 """Sets of samples for a resection: with a tenth of them wrong, 13 of 30 sets of 8 are right."""
 
 
-def place_by_rays(body: Body, sense: Pixels, unknown: Collection[str]) -> Body:
-    """The body with the open ends of a sense of single points placed.
+def place_by_rays(body: Body, sense: Pixels, unknown: Collection[str]) -> Body | None:
+    """The body with the open ends of a sense of single points placed; None of too few samples.
 
     The orientation of the link's frame stays as attached.
 
@@ -63,6 +63,8 @@ def place_by_rays(body: Body, sense: Pixels, unknown: Collection[str]) -> Body:
         for y in places
         for T in _resections(reached + R @ y, rays)
     ]
+    if not guesses:
+        return None
     guesses.sort(key=lambda z: float(np.median(np.abs(wrong(z)))))
     z = polished(wrong, guesses[: len(places)])
     point = z[6:] if ends.find_y else np.zeros(3)

@@ -3,7 +3,7 @@
 A sample depends on T_a_b = X^-1 K(q) Y, where X places `seen_from` on its parent, Y places `seen`
 on its parent and K is the robot's kinematics between those parents. An end whose placement is known
 stays inside K, and identity stands for it. Each sense has a closed form for X or Y of its own, see
-`placing`; what they share is this cut.
+`placing` and `turning`; what they share is this cut.
 """
 
 from __future__ import annotations

@@ -22,8 +22,8 @@ from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.ends import Ends, tilted
-from bodyschema.senses.placing import by_directions
 from bodyschema.senses.sense import PLACEMENT, Linearized, Sense, check_samples
+from bodyschema.senses.turning import by_directions
 
 Array = NDArray[np.float64]
 
@@ -118,7 +118,7 @@ class Gravity(Sense):
         return self.late(Linearized(residual, by_parameter, by_joint), variables)
 
     def start(self, body: Body, unknown: Collection[str]) -> Body | None:
-        """Turns of the sensor and tilt of what is up; see `placing.by_directions`."""
+        """Turns of the sensor and tilt of what is up; see `turning.by_directions`."""
         ends = Ends.of(body, self, unknown)
         if not ends.any:
             return None

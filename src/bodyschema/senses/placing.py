@@ -1,4 +1,4 @@
-"""Placing: first values for frames that nobody measured, in closed form, then polished.
+"""Placing: first positions of frames that nobody measured, in closed form, then polished.
 
 Symbols are those of `ends`: R and t of K between the frames that are known, x the position in the
 frame that looks, y that in the frame that is seen. Equations with products of unknowns become
@@ -12,8 +12,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-
-from bodyschema import lie
 
 Array = NDArray[np.float64]
 
@@ -93,57 +91,9 @@ def by_heights(
     return parts(polished(wrong, [first]))
 
 
-def by_directions(
-    R: Array, seen: Array, open_ends: tuple[bool, bool], X: Array, up: Array
-) -> tuple[Array, Array]:
-    """The rotation X and the direction u for which X^T R_i u is the direction that was seen.
-
-    X alone is Wahba's problem, u alone a mean. Of both, the seen f = (X^T x u) vec R is linear in
-    27 products, whose leading singular vectors are X and u; where the turns R are too few for
-    that, the axes of the frame are tried as u.
-
-    Args:
-        R: (n, 3, 3).
-        seen: (n, 3), about unit length.
-        open_ends: whether X and u are unknown.
-        X: (3, 3), kept if known.
-        up: (3,) unit, kept if known.
-    """
-    find_x, find_up = open_ends
-
-    def parts(z: Array) -> tuple[Array, Array]:
-        u = z[-3:] / np.linalg.norm(z[-3:]) if find_up else up
-        return lie.exp_so3(z[:3]) if find_x else X, u
-
-    def wrong(z: Array) -> Array:
-        turned, u = parts(z)
-        return np.asarray(seen - (R @ u) @ turned).ravel()
-
-    if not find_x:
-        return parts(polished(wrong, [np.einsum("nji,nj->i", R, seen @ X.T)]))
-    if not find_up:
-        return parts(polished(wrong, [lie.log_so3(_turn(seen, R @ up))]))
-    axes = [*np.eye(3), *-np.eye(3), *_lifted_up(R, seen)]
-    guesses = [np.concatenate([lie.log_so3(_turn(seen, R @ u)), u]) for u in axes]
-    return parts(polished(wrong, guesses))
-
-
 def _thinnest(columns: Array) -> Array:
     """The unit vector that a matrix shrinks most."""
     return np.asarray(np.linalg.svd(columns, full_matrices=True)[2][-1])
-
-
-def _turn(source: Array, target: Array) -> Array:
-    """The rotation that takes directions (n, 3) best onto others (Wahba 1965)."""
-    U, _, Vt = np.linalg.svd(target.T @ source)
-    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
-
-
-def _lifted_up(R: Array, seen: Array) -> Array:
-    """The direction u of f = (X^T x u) vec R, and its opposite, (2, 3)."""
-    products = np.linalg.lstsq(R.reshape(-1, 9), seen, rcond=None)[0].T
-    u = np.linalg.svd(products.reshape(9, 3))[2][0]
-    return np.stack([u, -u])
 
 
 def polished(residual: Callable[[Array], Array], guesses: Sequence[Array]) -> Array:

@@ -12,18 +12,20 @@ d + w x (R_a_b v); so for a point off the origin the orientation of b matters.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
+from bodyschema.senses.carried import carried, carried_position
+from bodyschema.senses.ends import Ends
 from bodyschema.senses.points import DEFAULT_STD
 from bodyschema.senses.sense import Linearized, Sense, check_samples
+from bodyschema.senses.turning import by_points
 
 Array = NDArray[np.float64]
 
@@ -85,25 +87,18 @@ class Touches(Sense):
 
     def predict(self, body: Body) -> Array:
         """Where the body says that the touch is, (n, 3) m, in `seen_from`."""
-        T_a_b = relative_pose(body, self.readings(body), self.seen_from, self.seen)
-        return np.asarray(T_a_b[..., :3, 3] + _turned(T_a_b, self.touching))
+        return carried_position(body, self, self.touching)
 
     def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
         """See `Sense.linearize`."""
-        q = self.readings(reference.with_variables(variables, x)) if self.clock else self.q
-        D = relative_pose_derivatives(reference, variables, x, q, self.seen_from, self.seen)
-        arm = _turned(D.pose, self.touching)
-        residual = self.observed - D.pose[:, :3, 3] - arm
-        linear = Linearized(residual, -_moved(D.by_parameter, arm), -_moved(D.by_joint, arm))
+        p = carried(reference, variables, x, self, self.touching)
+        linear = Linearized(self.observed - p.position, -p.by_parameter, -p.by_joint)
         return self.late(linear, variables)
 
-
-def _turned(T_a_b: Array, v: Array) -> Array:
-    """R_a_b v: (n, 4, 4), (n, 3) -> (n, 3)."""
-    return np.asarray(np.einsum("nij,nj->ni", T_a_b[:, :3, :3], v))
-
-
-def _moved(twist: Array, arm: Array) -> Array:
-    """d + w x arm: twists (n, 6, m), arms (n, 3) -> (n, 3, m)."""
-    d, w = twist[:, :3], twist[:, 3:]
-    return np.asarray(d + np.cross(w, arm[:, :, None], axis=1))
+    def start(self, body: Body, unknown: Collection[str]) -> Body | None:
+        """Both ends from matching points; see `turning.by_points`."""
+        ends = Ends.of(body, self, unknown)
+        if not ends.any:
+            return None
+        open_ends = (ends.find_x, ends.find_y)
+        return ends.placed(*by_points(ends.K, self.observed, self.touching, open_ends))

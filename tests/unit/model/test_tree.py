@@ -7,9 +7,9 @@ import pytest
 
 from bodyschema import lie
 from bodyschema.errors import InputError
+from bodyschema.model import parts
 from bodyschema.model.kernels import FIXED, PRISMATIC, REVOLUTE
 from bodyschema.model.kinematics import frame_poses, relative_pose
-from bodyschema.model import parts
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import free_frame, free_joints
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.senses.points import Points
 from bodyschema.senses.touches import Touches
+from simulated import angle, forgotten
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +68,20 @@ def test_what_was_touched_must_be_as_many_numbers(body: Body) -> None:
     spoiled[2, 1] = np.nan
     with pytest.raises(InputError, match="not a finite number in row 2"):
         Touches.make(np.zeros((5, 3)), np.zeros((5, 3)), spoiled, "skin", "tip")
+
+
+@pytest.mark.parametrize("unknown", [("skin",), ("finger",), ("skin", "finger")], ids="+".join)
+def test_skin_and_finger_are_placed_from_nothing(body: Body, unknown: tuple[str, ...]) -> None:
+    body = body.attach("finger", "tip", lie.transform(lie.exp_so3([1.0, 0.4, -0.2]), [0.1] * 3))
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        q, v = rng.uniform(-1, 1, (40, 3)), rng.uniform(-0.1, 0.1, (40, 3))
+        blank = Touches.make(q, np.zeros((40, 3)), v, "skin", "finger")
+        felt = blank.predict(body) + 1e-3 * rng.normal(size=(40, 3))
+        felt[:4] += 0.2
+        found = replace(blank, observed=felt).start(forgotten(body, unknown), unknown)
+        assert found is not None
+        for frame in unknown:
+            T, true = (b.placement[b.frame_index(frame)] for b in (found, body))
+            assert np.linalg.norm(T[:3, 3] - true[:3, 3]) < 0.01
+            assert angle(T, true) < 0.03

@@ -29,8 +29,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.lie import nearest_rotation
 from bodyschema.model.kernels import kernel
-from bodyschema.seeds.closed_forms import nearest_rotation
 
 Array = NDArray[np.float64]
 
