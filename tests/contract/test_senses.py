@@ -46,11 +46,6 @@ class WireLengths(Sense):
         return np.linalg.norm(T[:, :3, 3], axis=1)
 
 
-def blank(kind: type[Sense], shape: tuple[int, ...], **more: Any) -> Callable[[Array], Sense]:
-    """A maker of samples whose observations are zeros, from "eye" of "tip"."""
-    return lambda q: kind.make(q, np.zeros((len(q), *shape)), "eye", "tip", **more)
-
-
 moving = {"dq": RATE, "ddq": RATE[::-1]}
 late = {"clock": "clock", "rate": RATE}
 SENSES: dict[str, Callable[[Array], Sense]] = {

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.errors import InputError
 from bodyschema.model import parts
 from bodyschema.model.camera import Camera
 from bodyschema.model.kinematics import relative_pose
@@ -14,6 +15,8 @@ from bodyschema.model.lens import pixels, straight_rays
 from bodyschema.model.tree import Body
 from bodyschema.seeds.pixel_poses import pose_of_points, seen_poses
 from bodyschema.seeds.pixel_rays import place_by_rays
+from bodyschema.seeds.starts import start_frames
+from bodyschema.senses.distances import Distances
 from bodyschema.senses.pixels import Pixels
 from simulated import angle, forgotten
 
@@ -102,6 +105,35 @@ def test_each_picture_becomes_one_pose_with_its_row() -> None:
     assert (poses.q == q[poses.rows]).all()
     assert poses.residual(body)[:, :3] == pytest.approx(np.zeros((len(poses), 3)), abs=0.02)
     assert seen_poses(body, seen(body, q, GRID[:3], np.random.default_rng(1))) is None
+
+
+@pytest.mark.parametrize("points", [GRID, GRID[:1]], ids=["boards", "one point"])
+def test_frames_start_from_pictures_of_either_kind(points: Array) -> None:
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        body, q = watching(60, rng)
+        sense = seen(body, q, points, rng)
+        found = start_frames(forgotten(body, ("eye", "board")), ("eye", "board"), [sense])
+        assert np.median(np.abs(sense.residual(found))) < 2.0
+
+
+def test_the_sense_that_shows_more_places_a_frame() -> None:
+    """A wire to the eye tells where it is, and not how it is turned."""
+    rng = np.random.default_rng(0)
+    body, q = watching(60, rng)
+    sense = seen(body, q, GRID, rng)
+    length = np.linalg.norm(relative_pose(body, q, "eye", "board")[:, :3, 3], axis=1)
+    wire = Distances.make(q, length, "eye", "board")
+    found = start_frames(forgotten(body, ("eye", "board")), ("eye", "board"), [wire, sense])
+    assert np.median(np.abs(sense.residual(found))) < 2.0
+
+
+def test_too_few_pictures_start_nothing() -> None:
+    rng = np.random.default_rng(0)
+    body, q = watching(60, rng)
+    few = seen(body, q, GRID[:1], rng).take([0, 1, 2])
+    with pytest.raises(InputError, match="can place it from nothing"):
+        start_frames(forgotten(body, ("eye", "board")), ("eye", "board"), [few])
 
 
 @pytest.mark.parametrize("unknown", [("eye",), ("board",), ("eye", "board")], ids="+".join)
