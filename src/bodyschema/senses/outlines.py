@@ -36,8 +36,10 @@ from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.images import Picture
 from bodyschema.senses.sense import Linearized, Sense, check_samples, counted
+from bodyschema.senses.views import View, moved, ready
+from bodyschema.vision.arcs import ARC, MATCHED, arcs
 from bodyschema.vision.correspondences import Rim, find_rim, normal_slope, outward_gain
-from bodyschema.vision.normal_search import Gradient, Outline, search_edges, search_masks
+from bodyschema.vision.normal_search import Gradient
 from bodyschema.vision.patches import Patches
 from bodyschema.vision.poses import piece_poses
 from bodyschema.vision.surface import Surface
@@ -51,49 +53,8 @@ DEFAULT_STD = 0.3
 REACH, LEAST_REACH, NEARER = 40.0, 4.0, 0.6
 """px to either side that an outline is looked for at first and at last, and the factor between."""
 
-ARC = 16.0
-"""px of contour that are one sample. In masks of a renderer neighbouring arcs of 8 px correlate by
-0.45, of 16 px by 0.1; longer ones lose what they could tell of a turn."""
-
 SPACING = 2
 """Rows and columns from one point of the contour to the next."""
-
-LONGEST = 256.0
-"""px: longer steps than this are counted as such."""
-
-SECTORS = 16
-"""Directions of the normal that are told apart: an arc does not go round a corner."""
-
-LEAST = 1 / 3
-"""Share of an arc that must be there."""
-
-STILL = 2e-4
-"""m and 1: poses nearer than this draw the same pixels, about a tenth of one at arm's length."""
-
-MATCHED = 2.0
-"""px; a rim point is matched when its outline was found within so much, and belongs to its arc when
-it lies within so much of the arc's middle."""
-
-
-@dataclass(frozen=True)
-class View:
-    """One picture, ready to be searched."""
-
-    picture: Picture | Gradient | None
-    """A mask of the body, or the slopes of an image; None for a view that is only imagined."""
-    time: float
-    """s"""
-    row: int
-    q: Array
-    """(n_joints,) encoder readings."""
-    rate: Array | None
-    """(n_joints,) dq/dt."""
-
-    def search(self, rim: Rim, reach: float, polarity: float) -> Outline:
-        """Look for the outline within `reach` pixels of the rim."""
-        if isinstance(self.picture, Gradient):
-            return search_edges(rim, [self.picture], reach, polarity)
-        return search_masks(rim, [np.asarray(self.picture)], reach)
 
 
 @dataclass(frozen=True)
@@ -107,7 +68,9 @@ class Outlines(Sense):
     patches: Patches = field(kw_only=True)
     """Of the surface, that err on their own."""
     views: tuple[View, ...] = field(default=(), kw_only=True)
-    """All pictures."""
+    """All pictures; those of which no sample is left any more are not looked at again."""
+    unseen: tuple[int, ...] = field(default=(), kw_only=True)
+    """Pictures in which nothing was found yet."""
     view: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64), kw_only=True)
     """(n,) which picture a sample is of."""
     piece: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64), kw_only=True)
@@ -183,7 +146,7 @@ class Outlines(Sense):
             raise InputError(f"{len(pictures)} pictures and {len(readings)} postures; give pairs.")
         rates = [None] * len(readings) if rate is None else list(np.asarray(rate, dtype=float))
         views = tuple(
-            View(_ready(picture, camera), float(t), int(row), reading, speed)
+            View(ready(picture, camera), float(t), int(row), reading, speed)
             for picture, t, row, reading, speed in zip(
                 pictures, times, numbers, readings, rates, strict=True
             )
@@ -191,7 +154,9 @@ class Outlines(Sense):
         if rate is not None:
             more["rate"] = np.zeros((0, readings.shape[1]))
         blank = cls.blank(camera, surface, readings.shape[1], std, patches, **more)
-        return replace(blank, views=views)._looked(body, blank.reach)
+        return replace(blank, views=views, unseen=tuple(range(len(views))))._looked(
+            body, blank.reach
+        )
 
     @classmethod
     def blank(
@@ -273,7 +238,8 @@ class Outlines(Sense):
         postures = np.atleast_2d(np.asarray(q, dtype=np.float64))
         still = None if self.rate is None else np.zeros(postures.shape[1])
         views = tuple(View(None, float(k), k, row, still) for k, row in enumerate(postures))
-        return replace(self, views=views)._looked(body, 0.0)
+        blank = replace(self.take([]), views=views, unseen=tuple(range(len(views))))
+        return blank._looked(body, 0.0)
 
     def associate(self, body: Body) -> Self:
         """The samples with rim points and their places chosen anew round a body, nearer by."""
@@ -282,12 +248,17 @@ class Outlines(Sense):
     def matched(self, body: Body) -> float:
         """Share of the imagined outline that the pictures show within `MATCHED`; 0 for none."""
         near, whole = 0.0, 0.0
-        for view in self.views:
-            rim, _ = self._rim(body, view)
-            seen = view.search(rim, LEAST_REACH, self.polarity)
+        for i in self._open:
+            rim, _ = self._rim(body, self.views[i])
+            seen = self.views[i].search(rim, LEAST_REACH, self.polarity)
             near += float(rim.length[seen.found & (np.abs(seen.distance) < MATCHED)].sum())
             whole += float(rim.length.sum())
         return near / max(whole, 1.0)
+
+    @property
+    def _open(self) -> list[int]:
+        """Pictures that are looked at."""
+        return sorted({*self.view.tolist(), *self.unseen})
 
     def _looked(self, body: Body, reach: float) -> Self:
         """The samples as `reach` pixels round a body show them; as imagined where no picture is.
@@ -295,38 +266,39 @@ class Outlines(Sense):
         A piece that stands before the camera as in an earlier picture has the same outline and the
         same errors again: it counts once.
         """
-        T, found = [self._poses(body, view) for view in self.views], []
-        for i, view in enumerate(self.views):
+        T, found = {i: self._poses(body, self.views[i]) for i in self._open}, []
+        if not T:
+            return self
+        for i, pose in T.items():
+            view = self.views[i]
             # A posture that is imagined twice was asked for twice.
             before = [
                 T[k]
-                for k, other in enumerate(self.views[:i])
-                if view.picture is not None or (view.q != other.q).any()
+                for k in T
+                if k < i and (view.picture is not None or (view.q != self.views[k].q).any())
             ]
-            found.append(self._look(body, i, view, reach, _moved(T[i], before)))
+            found.append(self._look(body, i, view, reach, moved(pose, before)))
         columns: dict[str, Any] = {
             name: np.concatenate([one[name] for one in found]) for name in found[0]
         }
-        blank = replace(self, reach=reach, **columns)
+        unseen = tuple(sorted(set(T) - set(columns["view"].tolist())))
+        blank = replace(self, reach=reach, unseen=unseen, **columns)
         imagined = np.array([view.picture is None for view in self.views])[blank.view]
         thick = np.where(imagined, blank._outward(body), 0.0)
         return replace(blank, observed=blank.observed + thick)
 
     def _look(
-        self, body: Body, i: int, view: View, reach: float, moved: NDArray[np.bool_]
+        self, body: Body, i: int, view: View, reach: float, fresh: NDArray[np.bool_]
     ) -> dict[str, Array | Ints]:
         """The samples of one picture, of those pieces that have moved, by field."""
         rim, gain = self._rim(body, view)
-        there, distance = np.ones(len(rim), dtype=bool), np.zeros(len(rim))
-        if view.picture is not None:
-            seen = view.search(rim, reach, self.polarity)
-            there, distance = seen.found, seen.distance
-        there &= moved[rim.piece]
-        rows = arcs(rim, there, distance, self.arc, self.spacing)
+        seen = view.search(rim, reach, self.polarity)
+        most = int(np.ceil(self.arc / self.spacing)) + 1
+        rows = arcs(rim, seen.found & fresh[rim.piece], seen.distance, self.arc, most)
         share = np.where(rows >= 0, rim.length[rows], 0.0)
         share = share / share.sum(axis=1, keepdims=True)
         patch = self.patches.of_rim(rim) if len(self.patches) else np.zeros(len(rim), np.int64)
-        place = np.sum(rim.normal * rim.pixel, axis=1) + distance
+        place = np.sum(rim.normal * rim.pixel, axis=1) + seen.distance
         count = len(rows)
         columns = {
             "time": np.full(count, view.time),
@@ -390,62 +362,6 @@ class Outlines(Sense):
         columns, numbers = variables.of_part(self.skin)
         for column, number in zip(columns, numbers, strict=True):
             by_parameter[:, column] = self._mean(self.gain * (self.patch == number))
-
-
-def arcs(rim: Rim, there: NDArray[np.bool_], distance: Array, length: float, spacing: int) -> Ints:
-    """The points of a rim that make one sample each, (n, k) of its rows; -1 where there are fewer.
-
-    Points of one piece whose normals lie in one sector belong to an arc when they lie on the same
-    stretch of the line along that sector's tangent. An edge that is nearly a row or a column of the
-    picture errs together over a whole step of its staircase: there arcs are longer.
-
-    Args:
-        rim: in one view.
-        there: (n_points,) which of them were found.
-        distance: (n_points,) px outward where they were found.
-        length: px of an arc.
-        spacing: lines from point to point.
-    """
-    angle = np.arctan2(rim.normal[:, 1], rim.normal[:, 0])
-    sector = np.round(angle * SECTORS / (2 * np.pi)).astype(np.int64) % SECTORS
-    turn = sector * 2 * np.pi / SECTORS
-    along = -np.sin(turn) * rim.pixel[:, 0] + np.cos(turn) * rim.pixel[:, 1]
-    slope = np.abs(rim.normal).min(axis=1) / np.abs(rim.normal).max(axis=1)
-    stairs = np.minimum(1 / np.maximum(slope, 1e-9), LONGEST)
-    longer = np.ceil(np.log2(np.maximum(stairs / length, 1))).astype(np.int64)
-    place = np.floor(along / (length * 2.0**longer)).astype(np.int64)
-    points = np.flatnonzero(there)
-    most = int(np.ceil(length / spacing)) + 1
-    if not len(points):
-        return np.zeros((0, most), dtype=np.int64)
-    key = np.column_stack([rim.piece, sector, longer, place])[points]
-    _, arc = np.unique(key, axis=0, return_inverse=True)
-    order, kept = np.argsort(arc, kind="stable"), []
-    for rows in np.split(points[order], np.cumsum(np.bincount(arc))[:-1]):
-        near = rows[np.abs(distance[rows] - np.median(distance[rows])) < MATCHED]
-        if rim.length[near].sum() >= LEAST * length:
-            few = near[np.linspace(0, len(near) - 1, min(len(near), most)).round().astype(int)]
-            kept.append(np.pad(few, (0, most - len(few)), constant_values=-1))
-    return np.array(kept, dtype=np.int64).reshape(-1, most)
-
-
-def _moved(T: Array, before: Sequence[Array]) -> NDArray[np.bool_]:
-    """Which pieces, posed as T (n_pieces, 4, 4), stand as in none of the pictures before."""
-    still = [(np.abs(T - other) < STILL).all(axis=(1, 2)) for other in before]
-    return np.asarray(~np.any([np.zeros(len(T), dtype=bool), *still], axis=0))
-
-
-def _ready(picture: Picture | Gradient, camera: Camera) -> Picture | Gradient:
-    """A picture without distortion: a mask as it is, an image by its slopes."""
-    if isinstance(picture, Gradient):
-        return picture
-    if picture.dtype not in (np.bool_, np.uint8) or picture.ndim not in (2, 3):
-        raise InputError(
-            f"camera '{camera.name}' gave an array {picture.dtype} of shape {picture.shape}; give "
-            "a mask (bool) or an 8-bit image."
-        )
-    straight = camera.undistort(picture)
-    return straight if straight.dtype == np.bool_ else Gradient.of(straight)
 
 
 def _runs(q: Array) -> tuple[Array, Ints]:

@@ -14,8 +14,9 @@ from bodyschema.errors import InputError
 from bodyschema.model import parts
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, free_part, join
-from bodyschema.senses.outlines import ARC, Outlines
+from bodyschema.senses.outlines import Outlines
 from bodyschema.testing import check_sense
+from bodyschema.vision.arcs import ARC
 from bodyschema.vision.contours import silhouette
 from bodyschema.vision.poses import piece_poses
 from bodyschema.vision.surface import Surface
@@ -140,6 +141,17 @@ def test_pictures_and_postures_come_in_pairs() -> None:
         Outlines.make(body, Q, masks(body, Q)[:2], CAMERA, surface())
     with pytest.raises(InputError, match="a mask"):
         Outlines.make(body, Q, [np.zeros((240, 320))] * 3, CAMERA, surface())
+
+
+def test_pictures_that_were_left_out_stay_out() -> None:
+    body = arm()
+    sense = look(body, body)
+    some = sense.take(sense.rows < 2)
+    assert np.unique(some.associate(body).rows).tolist() == [0, 1]
+    far = look(body.with_variables(free_joints(body, ["offsets"]), [1.5, 0.5]), body, reach=3.0)
+    home = far.associate(body)
+    assert set(far.rows.tolist()) | set(far.unseen) == {0, 1, 2}
+    assert np.unique(home.rows).tolist() == [0, 1, 2]
 
 
 def test_arcs_are_as_long_as_is_asked_for() -> None:
