@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.estimation.clock import FALSE_ALARM, ClockCheck, check_clock
+from bodyschema.estimation.clock import FALSE_ALARM, SHUFFLES, ClockCheck, chance, check_clock
 from bodyschema.estimation.solver import Solver
 from bodyschema.model.variables import free_joints
 from bodyschema.senses.sense import Sense
@@ -79,3 +80,54 @@ def test_a_robot_that_stood_still_is_no_fault() -> None:
     seen = [points(body, np.tile(postures(1, body, rng), (20, 1)), rng)]
     fit = Solver().fit(body, free_joints(body, ["offsets"]), seen)
     assert check_clock(fit, seen).p_value == 1.0
+
+
+def unit(motion: Array) -> Array:
+    return np.asarray(motion / np.linalg.norm(motion, axis=1, keepdims=True))
+
+
+@pytest.mark.parametrize("late", [0.0, 0.25, 0.5])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_chance_is_that_of_all_shuffles(seed: int, late: float) -> None:
+    rng = np.random.default_rng(seed)
+    motion = unit(rng.normal(size=(60, 3)))
+    residual = rng.normal(size=(60, 3)) + late * motion
+
+    def agreement(order: NDArray[np.int64]) -> float:
+        z = np.sum(residual[order] * motion, axis=1)
+        return float(np.sum(np.maximum(z, 0) ** 2))
+
+    real = agreement(np.arange(60))
+    reached = np.sum([agreement(rng.permutation(60)) >= real for _ in range(SHUFFLES)])
+    expected = (reached + 1) / (SHUFFLES + 1)
+    p_value, spread = chance(residual, motion, np.random.default_rng(seed))
+    assert abs(p_value - expected) < 0.002 + 0.5 * expected
+    assert spread == pytest.approx(1.0, abs=0.15)
+
+
+def slow(n: int, columns: int, rng: np.random.Generator) -> Array:
+    """Numbers that change slowly along a recording, (n, columns)."""
+    turns = rng.uniform(1, 6, columns) * np.arange(n)[:, None] / n
+    return np.asarray(np.sin(2 * np.pi * (turns + rng.random(columns))))
+
+
+@pytest.mark.parametrize("error", [0.0, 1.0, 3.0], ids=["exact", "bent", "very-bent"])
+def test_a_smooth_movement_of_a_wrong_model_is_no_fault(error: float) -> None:
+    """False alarms of a model error that changes as slowly as the movement does."""
+    p = []
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        residual = rng.normal(size=(300, 3)) + error * slow(300, 3, rng)
+        p.append(chance(residual, unit(slow(300, 3, rng)), rng)[0])
+    # 1 % is promised; permuting single rows would alarm in up to 17 %.
+    assert np.mean(np.array(p) < FALSE_ALARM) <= 0.04
+
+
+def test_the_memory_is_that_of_a_few_shuffles() -> None:
+    rng = np.random.default_rng(0)
+    residual, motion = rng.normal(size=(50_000, 3)), unit(rng.normal(size=(50_000, 3)))
+    tracemalloc.start()
+    chance(residual, motion, rng)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 20e6
