@@ -9,8 +9,9 @@ import pytest
 
 from bodyschema import lie
 from bodyschema.errors import InputError
+from bodyschema.estimation.loads import com_covariance
 from bodyschema.learners.payload.clock_lag import clock_lag, shifted
-from bodyschema.learners.payload.learner import LoadLearner, com_covariance
+from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import Part, fit_payload
 from bodyschema.learners.payload.untold import untold
 from bodyschema.learners.published.paper_payload import PaperPayload, load_of, paper_rows

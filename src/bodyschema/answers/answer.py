@@ -22,11 +22,20 @@ from bodyschema.acting.next_poses import Plan, plan_poses
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.record import decoded
-from bodyschema.export.result_folder import ANSWER, FORM, result_files, run_record, write_result
+from bodyschema.export.result_folder import (
+    ANSWER,
+    FORM,
+    result_files,
+    run_record,
+    write_files,
+    write_result,
+    writing_notes,
+)
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.judging.calibration import Calibration
 from bodyschema.model.tree import Body
 from bodyschema.monitoring.change import ChangeTest, detect_change
+from bodyschema.report.section import Section
 from bodyschema.report.summary import summary_text
 from bodyschema.senses.sense import Sense
 
@@ -46,6 +55,10 @@ class Answer(Calibration):
     """What was asked, as run.json records it."""
     senses: tuple[Sense, ...] = ()
     """What was seen; not stored: empty in an answer that was loaded."""
+    sections: tuple[Section, ...] = ()
+    """Of the report, besides those of every answer; not stored."""
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    """Further files of the result folder, by name; not stored."""
 
     @classmethod
     def of(
@@ -71,7 +84,7 @@ class Answer(Calibration):
     @property
     def document(self) -> dict[str, Any]:
         """Everything that was found in plain values, as calibration.yaml has it."""
-        return calibration_document(self)
+        return calibration_document(self, writing_notes(self, self._described()))
 
     def summary(self, width: int = 100) -> str:
         """Verdict, errors, corrections and what the data cannot tell, as the terminal shows them.
@@ -126,10 +139,16 @@ class Answer(Calibration):
             InputError: the folder cannot be written, or holds something else.
         """
         source = self._source()
-        more = self._report(source)
+        more = {**self._report(source), **self.files}
         return write_result(
             self, self._described(), source, Path(folder), self.run, overwrite, more
         )
+
+    def save_into(self, folder: Path) -> list[str]:
+        """Write the same files into a folder that is there; returns their names."""
+        source = self._source()
+        more = {**self._report(source), **self.files}
+        return write_files(self, self._described(), source, folder, self.run, more)
 
     def check(self, senses: Sequence[Sense], false_alarm: float = 0.01) -> ChangeTest:
         """Whether the body has changed, from new samples; see `monitoring.change`."""
@@ -146,13 +165,14 @@ class Answer(Calibration):
         return plan_poses(self.estimate, tuple(senses) or self._seen(), n, seed=seed)
 
     def _report(self, source: Path | None) -> dict[str, bytes]:
-        if not self.senses:
+        if not (self.senses or self.sections):
             return {}
-        from bodyschema.report.report import report_html
+        from bodyschema.report.report import HEADINGS, report_html
 
-        record = run_record(source, self.run)
+        record, nominal = run_record(source, self.run), self._described()
         try:
-            page = report_html(self, self._described(), self.senses, record)
+            heading = HEADINGS.get(self.verb, "").format(nominal.name)
+            page = report_html(self, nominal, self.senses, record, self.sections, heading)
         except MissingExtraError:
             return {}
         return {"report.html": page.encode()}
@@ -177,12 +197,13 @@ def load(folder: str | Path) -> Answer:
     """Read a result folder back.
 
     Args:
-        folder: that `save` or a verb of the command line wrote.
+        folder: that `save` or a verb of the command line wrote, or a file in it.
 
     Raises:
         InputError: it holds no answer, or one of another version.
     """
-    path = Path(folder) / ANSWER
+    place = Path(folder)
+    path = (place.parent if place.is_file() else place) / ANSWER
     if not path.is_file():
         raise InputError(f"no {ANSWER} in '{folder}'; name a folder that bodyschema wrote.")
     try:
@@ -190,17 +211,17 @@ def load(folder: str | Path) -> Answer:
         form = document.pop("form")
     except (OSError, ValueError, KeyError, AttributeError) as error:
         raise InputError(
-            f"'{path}' cannot be read ({type(error).__name__}); calibrate again."
+            f"'{path}' cannot be read ({type(error).__name__}); make it again."
         ) from None
     if form != FORM:
-        raise InputError(f"'{path}' has form {form}, this version reads {FORM}; calibrate again.")
+        raise InputError(f"'{path}' has form {form}, this version reads {FORM}; make it again.")
     try:
         answer = decoded(Answer, document)
         run = json.loads((path.parent / "run.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(
-            f"'{path}' cannot be read ({type(error).__name__}); calibrate again."
+            f"'{path}' cannot be read ({type(error).__name__}); make it again."
         ) from None
     except InputError as error:
-        raise InputError(f"'{path}' is damaged: {error} Calibrate again.") from None
+        raise InputError(f"'{path}' is damaged: {error} Make it again.") from None
     return replace(answer, run=run)

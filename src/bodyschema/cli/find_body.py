@@ -6,18 +6,18 @@ steps run live, see `examples/09_find_the_body.py`.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import tyro
 
 from bodyschema.atomic import new_folder
 from bodyschema.errors import InputError, did_you_mean
+from bodyschema.export.documents import plain
 
 if TYPE_CHECKING:
     from bodyschema.sources.clip import Clip
@@ -66,9 +66,11 @@ class FindBody:
 
     def run(self) -> int:
         """Look at every frame, write; returns 1 when nothing was found."""
+        from bodyschema.answers.find_body import found_answer
         from bodyschema.attention.finder import BodyFinder
         from bodyschema.cli.finding.body_search import search
-        from bodyschema.cli.finding.found_answer import describe_found, found_json, write_found
+        from bodyschema.cli.finding.evidence import write_evidence
+        from bodyschema.cli.result import say
 
         self._check()
         clip = self._clip()
@@ -76,17 +78,23 @@ class FindBody:
         finder = BodyFinder(clip.joints, self.cell, named(self.camera_joints, clip.joints))
         with new_folder(self.out, self.overwrite) as folder:
             result = search(finder, clip, folder, self.pictures)
-            answer = {
-                "source": str(self.source),
-                "frames": len(clip),
-                "frames_left_out": clip.left_out,
-                "frames_per_second": len(clip) / result.seconds,
-                "ms_per_frame": 1e3 * result.looking / len(clip),
-                **found_json(result.found, result.moving),
-            }
-            write_found(folder, result.found, result.moving, answer)
-        print(json.dumps(answer) if self.json else describe_found(answer, self.out))
-        return 0 if result.found.mask.any() or result.moving.any() else 1
+            answer = found_answer(
+                result.found, result.moving, len(clip), clip.left_out, self._asked(), result.seconds
+            )
+            answer.save_into(folder)
+            write_evidence(folder, result.found, result.moving)
+        speed = {
+            "source": str(self.source),
+            "frames_per_second": len(clip) / result.seconds,
+            "ms_per_frame": 1e3 * result.looking / len(clip),
+        }
+        return say(answer, self.out, self.json, speed)
+
+    def _asked(self) -> dict[str, Any]:
+        """What was asked, with the names of what was read."""
+        kept = {k: v for k, v in asdict(self).items() if k not in ("out", "overwrite", "json")}
+        files = [path for path in (self.source, self.encoders) if path and path.is_file()]
+        return {**plain(kept), "inputs": [str(path) for path in files]}
 
     def _check(self) -> None:
         """Refuse flags that cannot be used, or would be left unheard."""
@@ -109,7 +117,7 @@ class FindBody:
 
         source = self.source / "*" if self.source.is_dir() else self.source
         refuse_inputs(self.out, [source, *([self.encoders] if self.encoders else [])])
-        check_place(self.out, self.overwrite, "found.json")
+        check_place(self.out, self.overwrite)
 
     def _clip(self) -> Clip:
         """The video with its readings."""

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import tyro
-
-from bodyschema.atomic import new_folder
-
-if TYPE_CHECKING:
-    from bodyschema.cli.wrist.held_recording import HeldRecording
 
 
 @dataclass(frozen=True)
@@ -27,7 +21,7 @@ class PayloadVerb:
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("payload")
     """Folder for payload.yaml, report.html and the URDF; must not hold anything yet."""
     calibration: Path | None = None
-    """A calibration.yaml (or its folder) that the payload is entered into; a copy is written."""
+    """A result of `calibrate` that the payload is entered into; a copy is written."""
     overwrite: bool = False
     """Replace the output folder."""
     json: bool = False
@@ -35,38 +29,21 @@ class PayloadVerb:
 
     def run(self) -> int:
         """Read, fit, write; returns 1 when mass or centre of mass is not told."""
-        from bodyschema.cli.wrist.held_recording import identify
-        from bodyschema.cli.wrist.payload_answer import describe, payload_answer, told
-        from bodyschema.cli.wrist.payload_file import read_payload_file
-        from bodyschema.export.result_folder import check_place, refuse_inputs
+        from bodyschema.answers.answer import load
+        from bodyschema.answers.payload import learn_payload
+        from bodyschema.cli.result import finish, prepare
+        from bodyschema.cli.run_file import read_run_file
+        from bodyschema.cli.wrist.wrist_sections import held_tables
+        from bodyschema.export.payload import entered
 
-        run = read_payload_file(self.run_file)
-        files = (run.robot, run.empty_recording, *run.recording)
-        inputs = [Path(name) for name in files if name]
-        refuse_inputs(self.out, [self.run_file, *inputs])
-        check_place(self.out, self.overwrite, "payload.yaml")
-        held = identify(run)
-        answer = payload_answer(held)
-        with new_folder(self.out, self.overwrite) as folder:
-            self._write(folder, held, answer, asdict(run))
-        print(json.dumps(answer) if self.json else describe(answer, self.out))
-        return 0 if told(answer) else 1
-
-    def _write(
-        self, folder: Path, held: HeldRecording, answer: dict[str, Any], run: dict[str, Any]
-    ) -> None:
-        from bodyschema.export.payload import entered, payload_text, urdf_with_load
-        from bodyschema.report.payload import payload_html
-
-        (folder / "payload.yaml").write_text(payload_text(answer), encoding="utf-8")
-        (folder / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
+        run = read_run_file(self.run_file, "payload")
+        asked = asdict(run) | {"inputs": run.inputs}
+        prepare(self.out, self.overwrite, self.run_file, asked)
+        table, empty, declared, wrist = held_tables(run)
+        answer = learn_payload(
+            table, declared, wrist.motion, wrist.segments, empty, table.body, asked
+        )
         if self.calibration is not None:
-            text = entered(self.calibration, answer)
-            (folder / "calibration.yaml").write_text(text, encoding="utf-8")
-        if held.run.robot and held.run.sensor.link and Path(held.run.robot).suffix == ".urdf":
-            source = Path(held.run.robot).read_bytes()
-            loads = {load["name"]: load["flange"] for load in answer["loads"]}
-            patched = urdf_with_load(source, held.run.sensor.link, loads)
-            (folder / "robot.urdf").write_bytes(patched)
-        page = payload_html(held.fit, answer, held.events)
-        (folder / "report.html").write_text(page, encoding="utf-8")
+            text = entered(load(self.calibration), answer.details)
+            answer = replace(answer, files={"calibration.yaml": text.encode()})
+        return finish(answer, self.out, self.overwrite, self.json)

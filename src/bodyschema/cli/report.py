@@ -12,45 +12,29 @@ import tyro
 
 @dataclass(frozen=True)
 class Report:
-    """Show what a calibration found: verdict, errors, parameters, and what stays open."""
+    """Show what a verb found: verdict, errors, parameters, and what stays open."""
 
     result: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RESULT")]
-    """Folder that `calibrate` wrote."""
+    """Folder that any verb wrote."""
     json: bool = False
-    """Print calibration.yaml as one JSON object instead of text."""
+    """Print everything that was found as one JSON object instead of text."""
 
     def run(self) -> int:
         """Print; returns 0."""
         from rich.console import Console
 
-        from bodyschema.errors import InputError
-        from bodyschema.export.calibration_yaml import read_document
+        from bodyschema.answers.answer import load
+        from bodyschema.cli.result import NO_PAGE, PLAIN
         from bodyschema.export.documents import plain
         from bodyschema.report.summary import print_answer
 
-        document = read_document(self.result)
+        document = load(self.result).document
         if self.json:
             print(json.dumps(plain(document), ensure_ascii=False, allow_nan=False))
             return 0
         console = Console()
-        try:
-            print_answer(console, document)
-        except (KeyError, TypeError, ValueError) as error:
-            raise InputError(
-                f"'{self.result}' is no whole calibration ({type(error).__name__}: {error}); "
-                "calibrate again."
-            ) from None
-        for note in document.get("notes", []):
-            console.print(note, highlight=False, markup=False)
-        console.print(self._where(), highlight=False, markup=False, soft_wrap=True)
+        print_answer(console, document)
+        page = (self.result if self.result.is_dir() else self.result.parent) / "report.html"
+        shown = f"Report: {page.resolve()} (open it in a browser)" if page.is_file() else NO_PAGE
+        console.print(f"\n{shown}", **PLAIN)
         return 0
-
-    def _where(self) -> str:
-        folder = self.result if self.result.is_dir() else self.result.parent
-        page = folder / "report.html"
-        if page.is_file():
-            return f"\nReport: {page.resolve()} (open it in a browser)"
-        return (
-            "\nThere is no report.html; install the extra and calibrate again: "
-            "pip install 'bodyschema[report]'"
-        )

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import shlex
-import time
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-import numpy as np
 import tyro
 
 from bodyschema.errors import InputError
@@ -18,8 +16,9 @@ from bodyschema.errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from bodyschema.answers.answer import Answer
+    from bodyschema.answers.track import Tracked
     from bodyschema.cli.tracking.album import Album
-    from bodyschema.learners.images.hand_track import HandPose, HandTracker
 
 Item = TypeVar("Item")
 
@@ -31,7 +30,7 @@ class Track:
     Exit code 1 if the body was not found in the pictures.
     """
 
-    run_file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="TRACK.toml")]
+    run_file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RUN.toml")]
     """Robot, encoders, cameras and pictures or videos."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("tracked")
     """Folder for the corrected robot, track.json, report.html and overlays; must not hold anything
@@ -53,37 +52,26 @@ class Track:
         """Learn, look at every moment, write; returns 1 when the body was not found."""
         from rich.console import Console
 
+        from bodyschema.answers.track import frame_entries
+        from bodyschema.cli.result import finish, prepare
+        from bodyschema.cli.run_file import read_run_file
         from bodyschema.cli.tracking.album import Album
-        from bodyschema.cli.tracking.track_answer import describe, track_json
-        from bodyschema.cli.tracking.track_file import read_track_file
-        from bodyschema.cli.tracking.track_folder import TrackFolder
-        from bodyschema.cli.tracking.track_record import check_place, track_record
-        from bodyschema.export.tracked_files import Settled
-        from bodyschema.seeds.image_seeds import spread_out
 
         self._check()
         notes = Console(stderr=True)
         with notes.status("reading"):
-            album = Album.open(read_track_file(self.run_file))
-            check_place(self.out, self.overwrite, self.run_file, album)
-        keys = sorted(spread_out(album.q, self.keys))
-        tracker, poses, rate = self._track(album, keys, notes)
-        seen = np.flatnonzero([not pose.lost for pose in poses])
-        if 0 < len(seen) < len(poses) and not np.isin(keys, seen).all():
-            # Pictures that do not show the hand have been learned from: once more without them.
-            keys = sorted(seen[spread_out(album.q[seen], self.keys)].tolist())
-            tracker, poses, rate = self._track(album, keys, notes)
-        settled = Settled.of(tracker.fit)
-        found = track_json(settled, poses, album.numbers[:, 0].tolist())
+            run = read_run_file(self.run_file, "track")
+            asked = asdict(run) | {"inputs": run.inputs, "command": self.command()}
+            album = Album.open(run)
+            prepare(self.out, self.overwrite, self.run_file, asked, album.first_pictures)
+        tracked = self._track(album, notes)
         with notes.status("writing"):
-            record = track_record(album, self.command())
-            folder = TrackFolder(album, settled, poses, keys, record)
-            shown = spread_out(album.q, self.overlays) if self.overlays else []
-            reported = folder.write(self.out, self.overwrite, found, sorted(shown), notes)
-        # Not in the file: the same run writes the same bytes.
-        answer = found | {"frames_per_second": rate}
-        print(json.dumps(answer) if self.json else describe(answer, self.out, reported))
-        return 1 if tracker.fit.lost else 0
+            answer = self._answer(album, tracked, asked)
+            frames = frame_entries(tracked, album.numbers[:, 0].tolist())
+            document = json.dumps({**answer.details, "frames": frames}, indent=1) + "\n"
+            answer = replace(answer, files={**answer.files, "track.json": document.encode()})
+            more = {"frames": frames, "frames_per_second": tracked.rate}
+        return finish(answer, self.out, self.overwrite, self.json, more, _then(answer))
 
     def command(self) -> str:
         """The command line that asks for this result, wherever it goes and whatever is printed."""
@@ -100,25 +88,55 @@ class Track:
             if getattr(self, name) < least:
                 raise InputError(f"--{name} is {getattr(self, name)}; give {least} or more.")
 
-    def _track(
-        self, album: Album, keys: Sequence[int], notes: Console
-    ) -> tuple[HandTracker, list[HandPose], float]:
-        """The body from the key postures, the hand at every moment, and moments a second."""
-        from bodyschema.learners.images.hand_track import HandTracker
+    def _track(self, album: Album, notes: Console) -> Tracked:
+        """The body from the key postures, and the hand at every moment."""
+        from bodyschema.answers.track import track
         from bodyschema.learners.images.markerless import Markerless
         from bodyschema.vision.surface import Surface
 
-        with notes.status(f"learning the offsets from {len(keys)} postures"):
-            surface = Surface.of(album.body, album.run.links or None, album.run.faces)
-            frames = list(album.seen(keys))
-            doubts = album.run.doubts.doubts
-            learner = Markerless(surface, seeds=self.seeds, seed=self.seed, doubts=doubts)
-            fit = learner.fit(album.body, album.variables, frames)
-            tracker = HandTracker.of(fit, frames, album.run.hand)
-        begin = time.perf_counter()
-        seen = _watched(album.seen(range(len(album))), len(album), notes)
-        poses = [tracker.look(images) for images in seen]
-        return tracker, poses, len(poses) / (time.perf_counter() - begin)
+        seen = album.seen_by
+        surface = Surface.of(album.body, seen.links or None, seen.faces)
+        doubts = seen.doubts.doubts
+        learner = Markerless(surface, seeds=self.seeds, seed=self.seed, doubts=doubts)
+        notes.print(f"learning the offsets from {min(self.keys, len(album))} postures")
+        return track(
+            learner,
+            album.body,
+            album.variables,
+            album,
+            seen.hand,
+            self.keys,
+            lambda items, total: _watched(items, total, notes),
+        )
+
+    def _answer(self, album: Album, tracked: Tracked, asked: Mapping[str, Any]) -> Answer:
+        from bodyschema.answers.track import track_answer
+        from bodyschema.cli.tracking.overlays import draw_overlays, overlay_files, report_pictures
+        from bodyschema.seeds.image_seeds import spread_out
+
+        shown = spread_out(album.q, self.overlays) if self.overlays else []
+        drawn = draw_overlays(album, tracked.fit, sorted(shown))
+        answer = track_answer(
+            tracked,
+            album.nominal,
+            album.body,
+            album.seen_by.hand,
+            album.q,
+            album.numbers[:, 0].tolist(),
+            album.cameras,
+            {**asked, "sha256": album.picture_hashes},
+            report_pictures(drawn, album.lenses[0].name),
+        )
+        return replace(answer, files=overlay_files(drawn))
+
+
+def _then(answer: Answer) -> str:
+    if answer.details["lost"]:
+        return (
+            "Nothing was corrected. Next: look at the overlays; check lens, camera and meshes, or "
+            "free more."
+        )
+    return "Next: look at the overlays; green should lie on the robot. Then use robot.urdf."
 
 
 def _watched(items: Iterable[Item], total: int, notes: Console) -> Iterable[Item]:

@@ -11,6 +11,7 @@ import yaml
 
 from bodyschema.errors import InputError
 from bodyschema.export.documents import rounded, versions, yaml_text
+from bodyschema.export.load_entry import load_entries
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.judging.calibration import Calibration, Candidate
 
@@ -25,8 +26,8 @@ What a calibration found, written by bodyschema.
 offsets: the true joint value is its reading plus the offset (rad; m for prismatic joints).
 skeleton: of a robot that nobody had measured, axis and link (m) of each joint in its parent, with
 the axis' standard deviation (rad); null where a model was corrected.
-held_out: errors on samples that the fit had not seen; before is the robot as modelled, or markers
-that stand still where there was no model.
+held_out: errors on samples that the fit had not seen, before and after, which are what "compared"
+says.
 predicted: errors of the corrected body stay below this with 95 %, where seen and anywhere;
 agreement is the share of held-out positions within their bounds, noise included.
 parameters: deviations from the model, of a frame that nobody measured from its first guess (where
@@ -77,10 +78,12 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "robot": body.name,
         "verdict": calibration.verdict,
         "explanation": calibration.explanation,
-        "notes": list(notes),
+        "notes": [*calibration.notes, *notes],
+        "findings": list(calibration.findings),
         "learner": calibration.learner,
         "groups": list(calibration.groups),
         "skeleton": skeleton_entries(calibration),
+        "compared": [calibration.before, calibration.after],
         "held_out": {
             "before": _accuracy(calibration.nominal),
             "after": _accuracy(calibration.held_out),
@@ -90,6 +93,7 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "agreement": rounded(calibration.agreement),
         "offsets": {j: rounded(o) for j, o in zip(body.joints, body.offset, strict=True)},
         "gears": {j: rounded(g) for j, g in zip(body.joints, body.gear, strict=True) if g},
+        "loads": calibration.details.get("loads") or load_entries(calibration.estimate),
         "parameters": _parameters(calibration),
         "not_determined": list(calibration.identifiability.sentences),
         "models": [_candidate(candidate) for candidate in calibration.candidates],
@@ -101,6 +105,7 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
             name: rounded(level) for name, level in (calibration.estimate.noise or {}).items()
         },
         "converged": calibration.fit.converged,
+        "details": {k: v for k, v in calibration.details.items() if k not in ("loads", "notes")},
         "versions": versions(),
     }
     return document
@@ -167,13 +172,11 @@ def _parameters(calibration: Calibration) -> list[dict[str, Any]]:
 
 
 def _accuracy(accuracy: Accuracy) -> dict[str, Any]:
-    return {
-        "rotation_deg": None,
-        **{
-            name: {k: rounded(v) for k, v in errors.items()}
-            for name, errors in accuracy.document().items()
-        },
+    seen = {
+        name: {k: rounded(v) for k, v in errors.items()}
+        for name, errors in accuracy.document().items()
     }
+    return {"rotation_deg": None, **seen} if "position_mm" in seen else seen
 
 
 def _candidate(candidate: Candidate) -> dict[str, Any]:

@@ -1,52 +1,62 @@
-"""Reading the joint corrections of a result back: from calibration.yaml, or from track.json."""
+"""Corrections of an answer, ready to be put into another description of the robot."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
+from bodyschema.errors import InputError, did_you_mean
+from bodyschema.export.payload import carried_loads, urdf_with_load
+from bodyschema.export.urdf_edits import urdf_edits
+from bodyschema.export.urdf_patch import patch_urdf
+from bodyschema.judging.calibration import WITHHELD, Calibration
+from bodyschema.model.tree import Body
+from bodyschema.model.variables import GROUPS, free_joints
 
-from bodyschema.errors import InputError
-from bodyschema.export.calibration_yaml import read_document
-from bodyschema.export.static_transforms import PREFIX
 
-
-def read_corrections(result: Path) -> dict[str, float]:
-    """Deviations of the joints' parameters by name, rad or m; frames are left out.
-
-    Args:
-        result: the folder that `calibrate` or `track` wrote, or the calibration.yaml.
+def joint_corrections(calibration: Calibration) -> dict[str, float]:
+    """Deviations of the joints' parameters by name, rad or m; frames and parts are left out.
 
     Raises:
-        InputError: there is no calibration, it is something else, or it was refused.
+        InputError: nothing may be put on a robot.
     """
-    if (result / "track.json").is_file():
-        return _tracked(result / "track.json")
-    document = read_document(result)
-    try:
-        corrections = {
-            str(entry["name"]): float(entry["value"])
-            for entry in document["parameters"]
-            if not str(entry["group"]).startswith(PREFIX)
-        }
-    except (KeyError, TypeError, ValueError) as error:
+    if calibration.verdict in WITHHELD:
         raise InputError(
-            f"'{result}' is no calibration ({type(error).__name__}); calibrate again."
-        ) from None
-    if document["verdict"] == "refused":
-        raise InputError(f"the calibration in '{result}' was refused; there is nothing to export.")
-    return corrections
+            f"the verdict was '{calibration.verdict}'; there is nothing to export. "
+            f"{calibration.explanation}"
+        )
+    estimate = calibration.estimate
+    rows = zip(estimate.variables.names, estimate.variables.groups, estimate.x, strict=True)
+    return {name: float(x) for name, group, x in rows if group in GROUPS}
 
 
-def _tracked(path: Path) -> dict[str, float]:
-    """The corrections that `track` decided on."""
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        lost = bool(document["lost"])
-        corrections = {str(k): float(v) for k, v in document["corrections"].items()}
-    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+def corrected_urdf(calibration: Calibration, text: bytes, nominal: Body) -> tuple[bytes, list[str]]:
+    """A description with the corrections and the loads, byte by byte the same otherwise.
+
+    Args:
+        calibration: the answer of any verb.
+        text: the URDF.
+        nominal: the same as a body.
+
+    Returns:
+        The URDF, and the names of the joints and links that are new or changed.
+
+    Raises:
+        InputError: nothing may be put on a robot, or this one lacks a joint or the sensor's link.
+    """
+    wanted, free = joint_corrections(calibration), free_joints(nominal)
+    unknown = [name for name in wanted if name not in free.names]
+    if unknown:
+        hint = did_you_mean(unknown[0], free.names)
+        raise InputError(f"'{nominal.name}' has no {unknown[0]}{hint}")
+    loads = carried_loads(calibration)
+    if not wanted and not loads:
         raise InputError(
-            f"'{path}' is no answer of track ({type(error).__name__}); track again."
-        ) from None
-    if lost:
-        raise InputError(f"the body was not found in '{path.parent}'; there is nothing to export.")
-    return corrections
+            "the result corrects no joint and knows no load on a link of a robot; "
+            "there is nothing to export."
+        )
+    body = nominal.with_variables(free, [wanted.get(n, 0.0) for n in free.names])
+    edits, changed = urdf_edits(nominal, body), []
+    patched = patch_urdf(text, edits)
+    for link, carried in loads.items():
+        nominal.frame_index(link)
+        patched = urdf_with_load(patched, link, carried)
+        changed += [f"{link}: {name}" for name in carried]
+    return patched, sorted(edits) + changed

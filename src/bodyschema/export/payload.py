@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,9 +23,10 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.export.calibration_yaml import read_document
+from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.documents import rounded, versions, yaml_text
 from bodyschema.export.joint_edit import clean
+from bodyschema.judging.calibration import WITHHELD, Calibration
 from bodyschema.model.inertia import Inertia
 
 Array = NDArray[np.float64]
@@ -51,21 +51,26 @@ def payload_text(answer: Mapping[str, Any]) -> str:
 def payload_entry(answer: Mapping[str, Any]) -> dict[str, Any]:
     """The part of a document that tells of loads and sensor, numbers rounded."""
     kept = ("loads", "sensor", "unexplained", "samples", "left_out", "events", "notes")
-    return {key: _short(answer[key]) for key in kept}
+    return {key: _short(answer[key]) for key in kept if key in answer}
 
 
-def entered(calibration: Path, answer: Mapping[str, Any]) -> str:
+def entered(calibration: Calibration, details: Mapping[str, Any]) -> str:
     """A calibration's document with the payload as one more entry.
 
     Args:
-        calibration: calibration.yaml or its folder.
-        answer: of `bodyschema payload`.
-
-    Raises:
-        InputError: there is no calibration.
+        calibration: of a robot.
+        details: of the answer of `learn_payload`.
     """
-    document = read_document(calibration) | {"payload": payload_entry(answer)}
+    document = calibration_document(calibration) | {"payload": payload_entry(details)}
     return yaml_text(document, "A calibration, and what hangs on the wrist (entry payload).")
+
+
+def carried_loads(calibration: Calibration) -> dict[str, dict[str, Mapping[str, Any]]]:
+    """Loads by the link that carries them, in that link's frame; none if they are not known."""
+    link = calibration.details.get("sensor", {}).get("link", "")
+    if not link or calibration.verdict in WITHHELD:
+        return {}
+    return {link: {load["name"]: load["flange"] for load in calibration.details["loads"]}}
 
 
 def controller_forms(load: Inertia) -> dict[str, str]:

@@ -1,12 +1,13 @@
-"""The result of a calibration as one folder, which appears whole or not at all.
+"""The answer of any verb as one folder, which appears whole or not at all.
 
-robot.urdf          the user's own file with the changed numbers, byte by byte otherwise
-calibration.yaml    everything that was found
-kinematics.yaml     the joint frames, for xacro
 answer.json         the whole answer at full precision, for check, plan, report and Python
-transforms.yaml     cameras, trackers and tools that were estimated, if any
 run.json            what was asked, with versions and hashes of the inputs
 report.html         all of it for people, where the extra `report` is installed
+robot.urdf          the user's own file with the changed numbers, byte by byte otherwise
+calibration.yaml    where joints or frames were corrected: everything that was found
+kinematics.yaml     and the joint frames, for xacro
+transforms.yaml     cameras, trackers and tools that were estimated, if any
+payload.yaml        loads in the forms of controllers, where a wrist's were found
 
 When the verdict is "only frames", the joints of robot.urdf are as they were given, and without a
 frame of its own that was estimated it is the same bytes. Whether to write a result that was
@@ -26,6 +27,7 @@ from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import calibration_text
 from bodyschema.export.documents import plain, versions
 from bodyschema.export.kinematics_yaml import kinematics_text
+from bodyschema.export.payload import carried_loads, payload_text, urdf_with_load
 from bodyschema.export.record import encoded
 from bodyschema.export.static_transforms import attached_frames, estimated_frames, transforms_text
 from bodyschema.export.urdf_edits import described, unwritable, urdf_edits
@@ -42,7 +44,13 @@ INPUT_KEYS = ("robot", "skeleton", "recording", "inputs")
 ANSWER, FORM = "answer.json", 2
 """The whole answer, and the version of its form."""
 
-UNSTORED = frozenset({"senses", "run", "visuals", "seconds"})
+MARKS = (ANSWER, "calibration.yaml")
+"""Files by which an earlier result is known, of which only it may be replaced."""
+
+UNPLACED = ("not known", "not found")
+"""Verdicts after which no frame is published."""
+
+UNSTORED = frozenset({"senses", "run", "visuals", "seconds", "sections", "files"})
 """Fields that answer.json leaves out: the recording has them, run.json, and the
 description; and the time that it took."""
 
@@ -77,20 +85,33 @@ def write_result(
         InputError: the folder holds one of the inputs or lies in it, cannot be written, or holds
             something already.
     """
-    inputs = list(_inputs(source, run))
+    inputs = list(inputs_of(source, run))
     refuse_inputs(folder, inputs)
     check_place(folder, overwrite)
+    with new_folder(folder, overwrite) as fresh:
+        names = write_files(calibration, nominal, source, fresh, run, more or {})
+    return [folder / name for name in names]
+
+
+def write_files(
+    calibration: Calibration,
+    nominal: Body,
+    source: Path | None,
+    folder: Path,
+    run: Mapping[str, Any],
+    more: Mapping[str, bytes],
+) -> list[str]:
+    """Write into a folder that is there; see `write_result`. Returns the files' names."""
     files = result_files(calibration, nominal, source, run.get("packages", {}))
     record = json.dumps(run_record(source, run), indent=2, ensure_ascii=False, allow_nan=False)
     files["run.json"] = (record + "\n").encode()
-    files |= more or {}
-    with new_folder(folder, overwrite) as fresh:
-        for name, content in files.items():
-            (fresh / name).write_bytes(content)
-    return [folder / name for name in files]
+    files |= more
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+    return list(files)
 
 
-def check_place(folder: Path, overwrite: bool, mark: str = "calibration.yaml") -> None:
+def check_place(folder: Path, overwrite: bool) -> None:
     """Refuse a folder that could not be written, before any work is spent.
 
     Only a folder that holds an earlier result may be replaced.
@@ -98,37 +119,49 @@ def check_place(folder: Path, overwrite: bool, mark: str = "calibration.yaml") -
     Args:
         folder: for the result.
         overwrite: whether an earlier one may be replaced.
-        mark: the file by which an earlier one is known.
 
     Raises:
         InputError: it holds something else, or its place cannot be written.
     """
     check_new_folder(folder, overwrite)
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
+    if folder.is_dir() and any(folder.iterdir()) and not _is_result(folder):
         raise InputError(
             f"'{folder}' holds something other than a result; --overwrite will not remove it, "
             "name another folder."
         )
 
 
+def _is_result(folder: Path) -> bool:
+    return any((folder / mark).is_file() for mark in MARKS)
+
+
 def result_files(
     calibration: Calibration, nominal: Body, source: Path | None, packages: Packages
 ) -> dict[str, bytes]:
-    """Contents of the files that the calibration decides, by name; see `write_result`."""
+    """Contents of the files that the answer decides, by name; see `write_result`."""
     text = None if source is None or source.suffix in TABLES else urdf_text(source, packages)
     if text is not None and source is not None:
         # What the file says is what is patched, whatever was done to the body since.
         nominal = parse_urdf(text, source, packages)
-    body = body_to_write(calibration, nominal)
-    robot = write_urdf(body) if text is None else patch_urdf(text, urdf_edits(nominal, body))
-    texts = {
-        "calibration.yaml": calibration_text(calibration, _notes(calibration, nominal, body)),
-        "kinematics.yaml": kinematics_text(body),
-        ANSWER: answer_text(calibration),
-    }
-    if attached_frames(calibration, nominal):
+    body = body_to_write(calibration, nominal) if calibration.corrects else nominal
+    texts = {}
+    if calibration.corrects:
+        notes = writing_notes(calibration, nominal)
+        texts["calibration.yaml"] = calibration_text(calibration, notes)
+        texts["kinematics.yaml"] = kinematics_text(body)
+    texts[ANSWER] = answer_text(calibration)
+    if "loads" in calibration.details:
+        texts["payload.yaml"] = payload_text(calibration.details)
+    if calibration.verdict not in UNPLACED and attached_frames(calibration, nominal):
         texts["transforms.yaml"] = transforms_text(calibration, nominal)
-    return {"robot.urdf": robot} | {name: text.encode() for name, text in texts.items()}
+    files = {name: content.encode() for name, content in texts.items()}
+    loaded = carried_loads(calibration)
+    if calibration.corrects or (loaded and text is not None):
+        robot = write_urdf(body) if text is None else patch_urdf(text, urdf_edits(nominal, body))
+        for link, loads in loaded.items():
+            robot = urdf_with_load(robot, link, loads)
+        files = {"robot.urdf": robot, **files}
+    return files
 
 
 def answer_text(calibration: Calibration) -> str:
@@ -149,9 +182,11 @@ def body_to_write(calibration: Calibration, nominal: Body) -> Body:
     return body
 
 
-def _notes(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
-    """Sentences on what was written and what was not."""
-    notes = []
+def writing_notes(calibration: Calibration, nominal: Body) -> list[str]:
+    """Sentences on what of the robot is written and what is not."""
+    if not calibration.corrects:
+        return []
+    body, notes = body_to_write(calibration, nominal), []
     if calibration.verdict == "refused":
         notes.append("This calibration was refused: do not trust a robot to these files.")
     count = len(urdf_edits(nominal, body))
@@ -162,7 +197,7 @@ def _notes(calibration: Calibration, nominal: Body, body: Body) -> list[str]:
     return notes + unwritable(nominal, body)
 
 
-def _inputs(source: Path | None, run: Mapping[str, Any]) -> Iterator[Path]:
+def inputs_of(source: Path | None, run: Mapping[str, Any]) -> Iterator[Path]:
     """Files and folders that were read, each once."""
     values = [source, *(run.get(key) for key in INPUT_KEYS)]
     seen = set()
@@ -199,9 +234,10 @@ def run_record(source: Path | None, run: Mapping[str, Any]) -> dict[str, Any]:
 
     Args:
         source: the robot description; None if there is no file.
-        run: what was asked; see `write_result`.
+        run: what was asked; see `write_result`. Hashes that it has already are kept.
     """
-    hashes = {str(path): sha256(path) for path in _inputs(source, run)}
+    hashes = {str(path): sha256(path) for path in inputs_of(source, run)}
+    hashes |= run.get("sha256", {})
     return {**plain(run), "versions": versions(), "sha256": hashes}
 
 

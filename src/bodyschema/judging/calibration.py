@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,18 @@ from bodyschema.model.tree import Body
 Array = NDArray[np.float64]
 Verdict = Literal["calibrated", "learned", "only frames", "refused"]
 VERDICTS: tuple[Verdict, ...] = ("calibrated", "learned", "only frames", "refused")
+
+TONES = {
+    "only frames": "doubtful",
+    "refused": "bad",
+    "not known": "bad",
+    "load not known": "bad",
+    "not found": "bad",
+}
+"""How good the news of a verdict are, of any verb; "good" for all others."""
+
+WITHHELD = ("refused", "not known", "load not known", "not found")
+"""Verdicts after which nothing may be put on a robot."""
 
 
 @dataclass(frozen=True)
@@ -77,15 +89,29 @@ class Calibration:
     """Who found it."""
     from_nothing: bool = False
     """The body is a skeleton that was learned from an arrangement; nothing was modelled."""
+    compared: tuple[str, ...] = ()
+    """What `nominal` and `held_out` are, in words; by what was corrected when empty."""
+    findings: tuple[str, ...] = ()
+    """What was found besides the parameters, a sentence each."""
+    notes: tuple[str, ...] = ()
+    """What looks wrong or has to be known beforehand, a sentence each."""
+    corrects: bool = True
+    """Whether it is about joints or frames of the robot, which are then written."""
+    details: Mapping[str, Any] = field(default_factory=dict)
+    """What a verb found besides, in the plain types of JSON; SI."""
 
     @property
     def before(self) -> str:
         """What `nominal` is, in words."""
+        if self.compared:
+            return self.compared[0]
         return "with markers that stand still" if self.from_nothing else "as modelled"
 
     @property
     def after(self) -> str:
         """What `held_out` is, in words."""
+        if self.compared:
+            return self.compared[1]
         corrected = f"{describe_groups(self.groups)} corrected"
         return "the learned skeleton" if self.from_nothing else corrected
 

@@ -27,7 +27,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learners.payload.learner import LoadBelief, LoadLearner, com_covariance
+from bodyschema.estimation.loads import com_covariance
+from bodyschema.learners.payload.learner import LoadBelief, LoadLearner
 from bodyschema.model.inertia import Inertia
 from bodyschema.monitoring.cusum import Cusum, Sums
 from bodyschema.senses.wrench_means import WrenchMeans

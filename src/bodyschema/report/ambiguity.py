@@ -41,7 +41,7 @@ class Ambiguity:
             clusters=_clusters(names, matrix),
             strong=STRONG,
             directions=known.directions,
-            picture=self._null_space() if known.directions else "",
+            picture=self._null_space(),
         )
 
     def _correlations(self) -> tuple[list[str], Array]:
@@ -51,7 +51,7 @@ class Ambiguity:
         kept = [
             i
             for i, group in enumerate(variables.groups)
-            if known.open_share[i] <= OPEN and not group.startswith(PREFIX)
+            if known.open_share[i] <= OPEN and not group.startswith((PREFIX, "load:"))
         ][:MOST_SHOWN]
         C = calibration.estimate.covariance[np.ix_(kept, kept)]
         std = np.sqrt(np.diag(C))
@@ -62,6 +62,8 @@ class Ambiguity:
         involved = {name for direction in directions for name in direction.members}
         order = self.evidence.calibration.estimate.variables.names
         names = [name for name in order if name in involved][:MOST_SHOWN]
+        if not names:
+            return ""
 
         def paint(figure: Any) -> None:
             axes = figure.subplots()

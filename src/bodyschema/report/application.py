@@ -11,6 +11,7 @@ from bodyschema.export.static_transforms import transforms_document
 from bodyschema.export.urdf_edits import unwritable, urdf_edits
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
+from bodyschema.units import read_as
 
 
 @dataclass(frozen=True)
@@ -33,5 +34,26 @@ class Application:
             source=source,
             diff=shlex.join(["diff", source, "robot.urdf"]),
             table=Path(source).suffix in TABLES,
+            offsets=self._offsets(),
             transforms=transforms_document(calibration, nominal)["transforms"],
         )
+
+    def _offsets(self) -> list[tuple[str, str]]:
+        """Where offsets alone were corrected: for drivers that take them, in deg or mm."""
+        calibration = self.evidence.calibration
+        estimate = calibration.estimate
+        if calibration.groups != ("offsets",):
+            return []
+        rows = zip(
+            estimate.variables.names,
+            estimate.variables.groups,
+            estimate.x,
+            estimate.variables.units,
+            strict=True,
+        )
+        return [(n, _signed(float(x), unit)) for n, group, x, unit in rows if group == "offsets"]
+
+
+def _signed(value: float, unit: str) -> str:
+    scale, name = read_as(unit)
+    return f"{scale * value:+.3f} {name}"

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import Any
 
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.export.calibration_yaml import OPEN
+from bodyschema.export.load_entry import load_entries
 from bodyschema.export.static_transforms import PREFIX
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
@@ -22,6 +25,8 @@ HEADINGS = {
 MOST_PARTNERS = 4
 WHOLLY = 0.05
 """Share of the prior variance in open directions up to which a value is called determined."""
+ROOTS = "load:"
+"""Groups of parameters that are shown as the masses and moments they stand for."""
 CLEAR = 2.0
 """Standard deviations from which a correction is told from none."""
 
@@ -41,6 +46,10 @@ class Row:
     partners: str
 
 
+ONE_OF_MANY = "the files hold one of many equally good answers, the one nearest to the model"
+"""What the files have of parameters that are not determined."""
+
+
 @dataclass(frozen=True)
 class ParameterTable:
     """All parameters, group by group."""
@@ -51,18 +60,23 @@ class ParameterTable:
     def render(self) -> str:
         """See `Section`."""
         calibration = self.evidence.calibration
-        return parameter_html(calibration.estimate, calibration.identifiability)
+        loads = calibration.details.get("loads") or load_entries(calibration.estimate)
+        held = calibration.details.get("held", ONE_OF_MANY)
+        return parameter_html(calibration.estimate, calibration.identifiability, loads, held)
 
 
-ONE_OF_MANY = "the files hold one of many equally good answers, the one nearest to the model"
-
-
-def parameter_html(estimate: Estimate, known: Identifiability, held: str = ONE_OF_MANY) -> str:
+def parameter_html(
+    estimate: Estimate,
+    known: Identifiability,
+    loads: Sequence[Mapping[str, Any]],
+    held: str,
+) -> str:
     """The table of an estimate, group by group.
 
     Args:
         estimate: what was learned.
         known: what the data determine of it.
+        loads: in place of their roots, see `load_entry`.
         held: what the files have of the rest.
     """
     groups = estimate.variables.groups
@@ -70,7 +84,9 @@ def parameter_html(estimate: Estimate, known: Identifiability, held: str = ONE_O
     parts = [
         (_heading(group), [_row(estimate, known, i) for i in members])
         for group, members in groupby(order, key=lambda i: groups[i])
+        if not group.startswith(ROOTS)
     ]
+    parts += [(f"Load {entry['name']}", _load_rows(entry)) for entry in loads]
     return render("parameters.html", parts=parts, clear=f"{CLEAR:g}", held=held)
 
 
@@ -97,4 +113,29 @@ def _row(estimate: Estimate, known: Identifiability, i: int) -> Row:
 def _heading(group: str) -> str:
     if group.startswith(PREFIX):
         return f"Frame {group.removeprefix(PREFIX)}: shifts and turns from its first guess"
-    return HEADINGS[group]
+    kind, _, name = group.partition(":")
+    return HEADINGS.get(group) or f"{kind.capitalize()} {name}: changes against what was believed"
+
+
+def _load_rows(entry: Mapping[str, Any]) -> list[Row]:
+    """Mass, centre and moments of a load, in place of its roots."""
+    untold = {one["what"] for one in entry["not_told"]}
+    rows = [("mass", entry["mass"], entry["mass_std"], 1.0, "kg", "mass" not in untold)]
+    for axis, value, std in zip("xyz", entry["com"], entry["com_std"], strict=True):
+        rows.append((f"centre_{axis}", value, std, 1e3, "mm", "com" not in untold))
+    for moment, std in entry["inertia_std"].items():
+        i, j = ("xyz".index(c) for c in moment[2:])
+        told = moment not in untold
+        rows.append((moment, entry["inertia"][i][j], std, 1e3, "g m²", told))
+    return [
+        Row(
+            f"{entry['name']}.{what}",
+            *with_error(scale * value, scale * std),
+            unit,
+            "",
+            "determined" if told else "open",
+            told and abs(value) > CLEAR * std,
+            "",
+        )
+        for what, value, std, scale, unit, told in rows
+    ]

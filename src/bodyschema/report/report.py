@@ -1,6 +1,8 @@
-"""The report: one HTML file that shows what a calibration found, how sure it is, and what to do.
+"""The report: one HTML file that shows what was found, how sure it is, and what to do.
 
-It needs no network and no other file; the same calibration gives the same bytes.
+Every answer has a verdict and how to reproduce it; what was seen, what was corrected and how to
+apply it follow where there is such a thing, and the sections that a verb or a sense brings. The
+page needs no network and no other file; the same answer gives the same bytes.
 """
 
 from __future__ import annotations
@@ -30,6 +32,14 @@ from bodyschema.report.summary import summary_text
 from bodyschema.report.verdict import Verdict
 from bodyschema.senses.sense import Sense
 
+HEADINGS = {
+    "payload": "What the wrist carries",
+    "touch": "What touches the wrist's load",
+    "track": "{} tracked without markers",
+    "find-body": "What of the picture is me",
+}
+"""Of answers that are no calibration, by verb; with the robot's name."""
+
 
 def report_html(
     calibration: Calibration,
@@ -37,6 +47,7 @@ def report_html(
     senses: Sequence[Sense],
     run: Mapping[str, Any],
     more: Sequence[Section] = (),
+    heading: str = "",
 ) -> str:
     """The whole page.
 
@@ -45,25 +56,32 @@ def report_html(
         nominal: the robot as described, without the frames that were attached.
         senses: what was seen, as it was given to `calibrate`.
         run: what was asked, with versions and hashes; see `export.result_folder.run_record`.
-        more: further sections, such as those of a sense; they come before how to apply the result.
+        more: further sections, of a sense or of a verb.
+        heading: of the page, of an answer that is no calibration.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
     evidence = Evidence(calibration, nominal, tuple(senses), run)
-    findings: list[Section] = [
-        Verdict(evidence),
+    seen: list[Section] = [
         AccuracySection(evidence),
         Drawing(evidence),
         Residuals(evidence),
         JointSpace(evidence),
         BadRows(evidence),
-        ParameterTable(evidence),
-        Ambiguity(evidence),
-        Coverage(evidence),
     ]
-    sections = [*findings, *more, Application(evidence), Reproduction(evidence)]
-    return page_html(f"Calibration of {calibration.body.name}", sections)
+    known: list[Section] = [ParameterTable(evidence), Ambiguity(evidence)]
+    sections = [
+        Verdict(evidence),
+        *(seen if senses else []),
+        *more,
+        *(known if len(calibration.estimate.variables) else []),
+        *([Coverage(evidence)] if senses else []),
+        *([Application(evidence)] if calibration.corrects else []),
+        Reproduction(evidence),
+    ]
+    title = heading or f"Calibration of {calibration.body.name}"
+    return _page(title, sections)
 
 
 def short_html(
@@ -80,7 +98,7 @@ def short_html(
     return Verdict(evidence).render() + AccuracySection(evidence).render()
 
 
-def page_html(heading: str, sections: Sequence[Section]) -> str:
+def _page(heading: str, sections: Sequence[Section]) -> str:
     """A whole page of sections, in their order.
 
     Raises:

@@ -13,8 +13,13 @@ from rich.table import Table
 
 from bodyschema.estimation.clock import FALSE_ALARM
 from bodyschema.export.calibration_yaml import OPEN, predicted_errors, skeleton_entries
-from bodyschema.judging.calibration import Calibration, describe_groups
-from bodyschema.units import read_as
+from bodyschema.export.load_entry import load_entries, load_lines
+from bodyschema.judging.calibration import TONES, Calibration
+from bodyschema.units import read_as, significant
+
+COLOURS = {"good": "green", "doubtful": "yellow", "bad": "red"}
+
+RMS_FIRST = ("rms", "median", "max")
 
 MOST_SENTENCES = 5
 """Sentences on what the data cannot tell that the terminal shows; the files hold all."""
@@ -60,6 +65,9 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
             }
             for name, value, std, unit, share in rows
         ],
+        "findings": list(calibration.findings),
+        "notes": list(calibration.notes),
+        "loads": load_entries(estimate),
         "noise": dict(estimate.noise or {}),
         "outliers": list(calibration.outliers),
         "clock": {
@@ -69,6 +77,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "rows": calibration.n_rows,
         "converged": calibration.fit.converged,
         "seconds": calibration.seconds,
+        **calibration.details,
     }
 
 
@@ -85,18 +94,18 @@ def print_answer(console: Console, document: Mapping[str, Any]) -> None:
 
     Args:
         console: where to.
-        document: what calibration.yaml holds; see `calibration_document`.
+        document: everything that was found; see `calibration_document`.
     """
-    colour = {"calibrated": "green", "learned": "green", "only frames": "yellow", "refused": "red"}
     verdict = document["verdict"]
-    style = colour.get(verdict, "white")
+    style = COLOURS[TONES.get(verdict, "good")]
     console.print(f"\n[bold {style}]{verdict}[/]  {escape(document['explanation'])}\n")
-    console.print(_error_table(document))
-    console.print(_prediction(document), highlight=False)
-    if document.get("skeleton"):
-        console.print(_skeleton_table(document["skeleton"]))
-    else:
-        console.print(_parameter_table(document["parameters"]))
+    if any(document["held_out"]["after"].values()):
+        console.print(_error_table(document))
+    if document["predicted"]:
+        console.print(_prediction(document), highlight=False)
+    for line in (*load_lines(document["loads"]), *document["findings"]):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    _print_parameters(console, document)
     sentences = document["not_determined"]
     if sentences:
         console.print("[bold]What these data cannot tell[/]")
@@ -107,6 +116,16 @@ def print_answer(console: Console, document: Mapping[str, Any]) -> None:
             console.print(f"  ... and {more} more; calibration.yaml lists all.")
     for line in _warnings(document):
         console.print(line, highlight=False)
+
+
+def _print_parameters(console: Console, document: Mapping[str, Any]) -> None:
+    """The skeleton, or all parameters but roots of loads; none where a wrist's sensor was told."""
+    if document.get("skeleton"):
+        console.print(_skeleton_table(document["skeleton"]))
+    elif "sensor" not in document["details"]:
+        rows = [p for p in document["parameters"] if not p["group"].startswith("load:")]
+        if rows:
+            console.print(_parameter_table(rows))
 
 
 def _prediction(document: Mapping[str, Any]) -> str:
@@ -141,29 +160,30 @@ def _warnings(document: Mapping[str, Any]) -> list[str]:
         learner = document.get("learner", "batch")
         when = "the iterations ran out" if learner == "batch" else f"{learner} had seen all samples"
         lines.append(f"[bold yellow]The fit had not settled[/] when {when}.")
-    return lines
+    return [*lines, *(escape(note) for note in document["notes"])]
 
 
 def _error_table(document: Mapping[str, Any]) -> Table:
     table = Table(title=f"Held-out error over {document['rows']} rows", title_justify="left")
-    held_out, learned = document["held_out"], document.get("skeleton")
-    corrected = describe_groups(document["groups"]) + " corrected"
-    named = (
-        ("markers that stand still" if learned else "as modelled", held_out["before"]),
-        ("the learned skeleton" if learned else corrected, held_out["after"]),
-        ("... with the residual field", held_out["after_with_residual_field"]),
-    )
+    held_out = document["held_out"]
+    before, after = document["compared"]
+    named = [(before, held_out["before"]), (after, held_out["after"])]
+    if any(held_out["after_with_residual_field"].values()):
+        named.append(("... with the residual field", held_out["after_with_residual_field"]))
     seen = [name for name, errors in held_out["after"].items() if errors is not None]
     seen.sort(key=lambda name: name != "position_mm")
     table.add_column("")
     for i, name in enumerate(seen):
-        for what in ("rms", "median", "max") if i == 0 else ("rms",):
+        for what in RMS_FIRST if i == 0 else RMS_FIRST[:1]:
             quantity, unit = name.rsplit("_", 1)
-            head = f"{what} {unit}" if quantity in ("position", "rotation") else f"{what} {name}"
+            plain = quantity in ("position", "rotation")
+            head = f"{what} {unit}" if plain else f"{what} {quantity} {unit}"
             table.add_column(head, justify="right")
     for what, accuracy in named:
-        cells = [_number(accuracy[seen[0]][k], 2) for k in ("rms", "median", "max")]
-        cells += [_number(accuracy[name]["rms"], 3) for name in seen[1:]]
+        first = seen[0] == "position_mm"
+        cells = [_number(accuracy[seen[0]][k], 2 if first else None) for k in RMS_FIRST]
+        rest = [(name, 3 if name == "rotation_deg" else None) for name in seen[1:]]
+        cells += [_number(accuracy[name]["rms"], decimals) for name, decimals in rest]
         table.add_row(what, *cells)
     return table
 
@@ -193,8 +213,11 @@ def _parameter_table(variables: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
-def _number(value: float | None, decimals: int) -> str:
-    return "-" if value is None else f"{value:.{decimals}f}"
+def _number(value: float | None, decimals: int | None) -> str:
+    """With so many decimals, or to three significant digits."""
+    if value is None:
+        return "-"
+    return significant(value) if decimals is None else f"{value:.{decimals}f}"
 
 
 def finite(value: object) -> object:

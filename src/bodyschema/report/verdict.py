@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from bodyschema.judging.accuracy import in_words, main_in_words
+from bodyschema.judging.calibration import TONES
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import listed, shown
@@ -14,7 +15,6 @@ WORDS = {
     "calibrated": "Calibrated",
     "learned": "Learned",
     "only frames": "Only frames placed",
-    "refused": "Refused",
 }
 SYSTEMATIC = 0.85
 """With the residual field, the held-out error falls below this share of itself: it is no noise."""
@@ -31,18 +31,20 @@ class Verdict:
     def render(self) -> str:
         """See `Section`."""
         c = self.evidence.calibration
+        tested = bool(c.held_out.errors)
         return render(
             "verdict.html",
-            word=WORDS[c.verdict],
-            kind=c.verdict.replace(" ", "-"),
+            word=WORDS.get(c.verdict, c.verdict.capitalize()),
+            tone=TONES.get(c.verdict, "good"),
             explanation=c.explanation,
-            before=main_in_words(c.nominal),
+            before=main_in_words(c.nominal) if tested else "",
             what_before=c.before,
-            after=main_in_words(c.held_out),
-            median=in_words(c.held_out.main[2].median, c.held_out.main[1]),
-            worst=in_words(c.held_out.main[2].max, c.held_out.main[1]),
+            after=main_in_words(c.held_out) if tested else "",
+            median=in_words(c.held_out.main[2].median, c.held_out.main[1]) if tested else "",
+            worst=in_words(c.held_out.main[2].max, c.held_out.main[1]) if tested else "",
             rows=c.n_rows - len(c.outliers),
-            trust=self._trust(),
+            findings=c.findings,
+            trust=self._trust() if c.predicted else [],
             warnings=self._warnings(),
             openness=self._openness(),
             sentences=c.identifiability.sentences[:MOST_SENTENCES],
@@ -74,6 +76,8 @@ class Verdict:
                 "their 95 % bounds. The robot errs in a way that this model lacks; go by the "
                 "held-out error."
             )
+        if not c.with_field.errors:
+            return lines
         (_, unit, plain), (_, _, smoothed) = c.held_out.main, c.with_field.main
         whole, rest = plain.rms, smoothed.rms
         if rest < SYSTEMATIC * whole:
@@ -86,7 +90,8 @@ class Verdict:
         return lines
 
     def _warnings(self) -> list[str]:
-        c, lines = self.evidence.calibration, []
+        c = self.evidence.calibration
+        lines = list(c.notes)
         if c.verdict == "refused":
             lines.append("This calibration was refused: do not put these files on a robot.")
         if not c.fit.converged:
@@ -109,6 +114,8 @@ class Verdict:
         known = self.evidence.calibration.identifiability
         total = len(self.evidence.calibration.estimate.variables)
         if not known.directions:
+            if not total and not self.evidence.calibration.corrects:
+                return ""
             return f"The data determine all {total} parameters." if total else "Nothing was free."
         n, inherent = len(known.directions), sum(d.inherent for d in known.directions)
         them = "it" if n == 1 else "them"

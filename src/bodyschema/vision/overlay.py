@@ -81,10 +81,20 @@ def save_png(picture: Pixels, path: str | Path) -> None:
         InputError: the place cannot be written.
         MissingExtraError: OpenCV is not installed.
     """
+    data = png_bytes(picture)
+    with new_file(Path(path)) as temporary:
+        temporary.write_bytes(data)
+
+
+def png_bytes(picture: Pixels) -> bytes:
+    """A picture (height, width, 3) red, green, blue as a PNG file.
+
+    Raises:
+        MissingExtraError: OpenCV is not installed.
+    """
     try:
         import cv2
     except ImportError:
         raise MissingExtraError("opencv-python-headless", "vision", "writing pictures") from None
     _, data = cv2.imencode(".png", np.ascontiguousarray(picture[..., ::-1]))
-    with new_file(Path(path)) as temporary:
-        temporary.write_bytes(data.tobytes())
+    return bytes(data)

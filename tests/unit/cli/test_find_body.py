@@ -8,6 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
+from bodyschema import load
 from bodyschema.cli import run
 from bodyschema.sources.tables import open_recording
 from bodyschema.sources.video import Video
@@ -56,8 +57,10 @@ def attempt(clip, tmp_path, capsys):
 
 def test_the_bar_is_found_and_the_wall_is_not(found):
     code, out = found
-    answer = json.loads((out / "found.json").read_text())
+    answer = load(out).details
     assert code == 0
+    assert load(out).verdict == "found"
+    assert "The cells that are me" in (out / "report.html").read_text()
     mask = cv2.imread(str(out / "mask.png"), 0) > 0
     assert mask.shape == (HEIGHT, WIDTH)
     assert mask[72:110, 60:150].mean() > 0.3
@@ -66,7 +69,6 @@ def test_the_bar_is_found_and_the_wall_is_not(found):
     assert answer["cells_of_joint"]["turn"] == answer["body_cells"] > 5
     assert answer["cells_of_joint"]["idle"] == 0
     assert answer["frames"] > 100
-    assert answer["ms_per_frame"] > 0
 
 
 def test_everything_is_written(found):
@@ -74,7 +76,7 @@ def test_everything_is_written(found):
     frames = Video.open(out / "overlay.mp4")
     assert (frames.width, frames.count) == (
         WIDTH,
-        json.loads((out / "found.json").read_text())["frames"],
+        load(out).details["frames"],
     )
     assert len(list(out.glob("overlay_*.png"))) == 5
     with np.load(out / "evidence.npz") as kept:
@@ -110,7 +112,10 @@ def test_a_folder_of_pictures_with_one_row_each(clip, tmp_path, attempt):
     assert "say how many frames a second" in err
     code, out, _ = attempt("--json", "--pictures", "0", source=folder)
     assert code == 0
-    assert json.loads(out)["frames_left_out"] == 0
+    answer = json.loads(out)
+    assert answer["frames_left_out"] == 0
+    assert answer["ms_per_frame"] > 0
+    assert answer["parameters"] == []
 
 
 def test_an_episode_of_a_lerobot_data_set(clip, tmp_path, capsys):

@@ -93,7 +93,8 @@ def test_a_minimal_file_gives_the_box_and_all_documents(folder, capsys, truth):
     assert document["loads"][0]["mass"] == pytest.approx(answer["loads"][0]["mass"])
     assert set(document["loads"][0]["controllers"]) == {"ur", "kuka", "franka"}
     page = (out / "report.html").read_text()
-    assert "What hangs on the wrist" in page
+    assert "What the wrist carries" in page
+    assert "The wrench before and after" in page
     assert "<svg" in page
     assert [event["event"] for event in answer["events"]] == ["identified"]
 
@@ -300,6 +301,11 @@ def test_postures_without_a_clock_tell_no_inertia(folder, capsys, truth):
     [
         ('"on_object"', '"on_sensor"', "other sign"),
         ('"on_object"', '"up"', "sign = 'up'"),
+        (
+            "[pose]",
+            '[cameras.eye]\nparent = "base"\nsize = [2, 2]\nlens = [1, 1, 1, 1]\n[pose]',
+            "is read by 'bodyschema track'",
+        ),
         ('"fy"', '"fyy"', "did you mean 'fy'"),
         ('frame = "sensor"\n', "", "lacks the key 'frame'"),
         ('frame = "sensor"', 'frame = "tool9"', "about = 'tool9'"),

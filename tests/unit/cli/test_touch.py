@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bodyschema import lie
+from bodyschema import lie, load
 from bodyschema.cli import run
 
 pytest.importorskip("mujoco")
@@ -56,7 +56,8 @@ def folder(tmp_path_factory):
 def told(folder: Path, text: str, capsys, *flags) -> tuple[int, str, str]:
     """Exit code and output of the verb on a file."""
     (folder / "run.toml").write_text(text, encoding="utf-8")
-    code = run(["touch", str(folder / "run.toml"), *flags])
+    out = str(folder / "touched")
+    code = run(["touch", str(folder / "run.toml"), "--out", out, "--overwrite", *flags])
     out, err = capsys.readouterr()
     return code, out, err
 
@@ -72,13 +73,20 @@ def test_a_touch_is_found_in_a_recording_of_odd_units(folder, capsys):
     assert touch["begins"] == pytest.approx(contact.begins, abs=0.2)
     assert touch["places"][0]["point"] == pytest.approx(contact.point, abs=1.5e-3)
     assert np.linalg.norm(touch["force"]) == pytest.approx(2.0, abs=0.1)
+    assert answer["verdict"] == "touched"
+    assert answer["held_out"]["force_N"]["rms"] < 0.1 < answer["nominal"]["force_N"]["rms"]
+    stored = load(path / "touched")
+    assert stored.details["touches"] == answer["touches"]
+    assert "Touches" in (path / "touched" / "report.html").read_text()
+    assert run(["report", str(path / "touched")]) == 0
+    assert "± 95 %" in capsys.readouterr().out
 
 
 def test_words_for_people(folder, capsys):
     path, _ = folder
     code, out, _ = told(path, BOX + SURFACE + TOUCH, capsys)
     assert code == 0
-    assert "2.0" in out.splitlines()[1]
+    assert "2.0" in out
     assert "± 95 %" in out
 
 

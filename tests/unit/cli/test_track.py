@@ -5,20 +5,22 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 import bodyschema as bs
 from bodyschema.cli import run
+from bodyschema.cli.run_file import read_run_file
 from bodyschema.cli.tracking.album import Album
-from bodyschema.cli.tracking.track_answer import describe
-from bodyschema.cli.tracking.track_file import read_track_file
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
-from bodyschema.export.tracked_files import Settled
-from bodyschema.report.tracking.application import TrackApplication
+from bodyschema.judging.accuracy import Accuracy
+from bodyschema.judging.calibration import Calibration
+from bodyschema.report.application import Application
+from bodyschema.report.evidence import Evidence
+from bodyschema.report.tracking.words import warnings
 from bodyschema.vision.contours import silhouette
 from bodyschema.vision.poses import piece_poses
 from small_arm import CAMERA, POSTURES, TRACK, WRONG, write_arm
@@ -53,16 +55,23 @@ def test_offsets_and_poses_are_written(
     command = ["track", str(folder / "track.toml"), "--out", str(out), "--seeds", "64"]
     assert run([*command, "--overlays", "1", "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
-    assert answer.pop("frames_per_second") > 0
-    assert answer == json.loads((out / "track.json").read_text())
-    found = [answer["parameters"][f"{name}.offset"] for name in ("lift", "bend")]
+    assert answer["frames_per_second"] > 0
+    written = json.loads((out / "track.json").read_text())
+    assert written == {key: answer[key] for key in written}
+    assert answer["verdict"] == "found"
+    assert answer["held_out"]["outline_px"]["rms"] < 0.5 < answer["nominal"]["outline_px"]["rms"]
+    told = {entry["name"]: entry for entry in answer["parameters"]}
+    found = [told[f"{name}.offset"] for name in ("lift", "bend")]
     np.testing.assert_allclose([f["value"] for f in found], WRONG, atol=np.deg2rad(0.3))
     assert all(f["std"] < np.deg2rad(0.3) for f in found)
     assert len(answer["frames"]) == 4
     assert not any(frame["lost"] for frame in answer["frames"])
     assert np.shape(answer["frames"][0]["covariance"]) == (6, 6)
-    assert answer["not_identifiable"] == []
+    assert answer["unidentifiable"] == []
     assert len(list(out.glob("overlay_*.png"))) == 1
+    stored = bs.load(out)
+    np.testing.assert_allclose(stored.estimate.x, [f["value"] for f in found])
+    assert stored.body.offset == pytest.approx(stored.estimate.x)
 
 
 def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -71,12 +80,12 @@ def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFi
     command = ["track", str(folder / "track.toml"), "--out", str(folder / "out")]
     assert run([*command, "--seeds", "0", "--overlays", "0"]) == 1
     said = capsys.readouterr().out
-    assert "not found in the pictures" in said
+    assert said.split()[:2] == ["not", "found"]
     assert "lost in 4 of 4 rows" in said
     assert "Nothing was corrected" in said
     page = (folder / "out" / "report.html").read_text()
     assert "Not found" in page
-    assert "there is nothing to apply" in page
+    assert "Nothing was corrected" in page
     assert not list((folder / "out").glob("*.urdf"))
     assert run(["export", str(folder / "out"), "--robot", str(folder / "arm.urdf")]) == 2
     assert "there is nothing to export" in capsys.readouterr().err
@@ -91,6 +100,14 @@ def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFi
         (("mask_{row:03}", "nothing_{row}"), "no picture at"),
         (("cameras.eye", "eyes.eye"), "names no camera"),
         (('hand = "fore"', 'hand = "for"'), "fore"),
+        (('hand = "fore"', ""), "lacks the key 'hand'"),
+        (
+            (
+                "[cameras.eye]",
+                '[wrench]\ncolumns = []\nframe = "base"\nsign = "on_object"\n[cameras.eye]',
+            ),
+            "is read by 'bodyschema payload and touch'",
+        ),
         (('robot = "arm.urdf"', "robot = 3"), "robot = 3 in 'track.toml'; expected text"),
         (("[cameras.eye]", "[cameras]\neye = 3\n[other]"), "must be a section with keys"),
         (("[0.0, 1.2, 0.2]", "[0.0, 1.2]"), "must be three numbers"),
@@ -120,27 +137,28 @@ def test_a_joint_that_slides_is_doubted_and_told_in_mm(folder: Path) -> None:
     slide = bend.replace("revolute", "prismatic")
     assert slide != bend
     (folder / "arm.urdf").write_text(f'{head}<joint name="bend"{slide}')
-    album = Album.open(read_track_file(folder / "track.toml"))
+    album = Album.open(read_run_file(folder / "track.toml", "track"))
     variables = album.variables
     np.testing.assert_allclose(variables.prior_std, [np.deg2rad(8), 0.005])
     said = Identifiability(8, (), np.zeros(2))
     estimate = Estimate(album.body, variables, np.array([0.01, 0.01]), 1e6 * np.eye(2))
-    fit = SimpleNamespace(estimate=estimate, identifiability=said, lost=False)
-    evidence: Any = SimpleNamespace(
-        settled=Settled.of(cast("Any", fit)), nominal=album.nominal, run={"robot": "arm.urdf"}
-    )
-    page = TrackApplication(evidence).render()
+    none = Accuracy({}, {})
+    found = Calibration("found", "", estimate, none, none, said, (), 1, groups=("offsets",))
+    page = Application(Evidence(found, album.nominal, (), {"robot": "arm.urdf"})).render()
     assert "lift.offset  +0.573 deg" in page
     assert "bend.offset  +10.000 mm" in page
 
 
 def test_a_hand_that_never_shows_is_told_apart_from_a_body_that_is_not_there() -> None:
-    frame = {"lost": True}
-    answer = {"lost": False, "parameters": {}, "not_identifiable": [], "matched": 0.7,
-              "frames": [frame, frame], "frames_per_second": 3.0}  # fmt: skip
-    assert "is something on it?" in describe(answer, Path("out"), True)
-    assert "is something on it?" not in describe(answer | {"lost": True}, Path("out"), True)
-    assert "report.html" not in describe(answer, Path("out"), False)
+    pose = SimpleNamespace(lost=True)
+    fit = SimpleNamespace(lost=False, bias=np.zeros(1))
+    evidence: Any = SimpleNamespace(
+        fit=fit, lost=np.array([True, True]), poses=[pose, pose], hand="fore", kept=(),
+        cameras=("eye",), numbers=[0, 1],
+    )  # fmt: skip
+    assert any("is something mounted on it?" in line for line in warnings(evidence))
+    fit.lost = True
+    assert not any("is something mounted on it?" in line for line in warnings(evidence))
 
 
 def test_who_takes_lens_and_meshes_at_their_word_is_surer(

@@ -10,8 +10,8 @@ import pytest
 
 import bodyschema as bs
 from bodyschema.cli import run
+from bodyschema.cli.run_file import RunFile, read_run_file
 from bodyschema.cli.tracking.album import Album, _by_time
-from bodyschema.cli.tracking.track_file import read_track_file
 from bodyschema.errors import InputError
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.sources.joint_track import JointTrack
@@ -54,6 +54,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def read_track(path: Path) -> RunFile:
+    return read_run_file(path, "track")
+
+
 def track_file(folder: Path, recording: str, source: str) -> Path:
     text = TRACK.replace("joints.csv", recording).replace('images = "image_{row:03}.png"', source)
     path = folder / f"{recording}.toml"
@@ -62,7 +66,7 @@ def track_file(folder: Path, recording: str, source: str) -> Path:
 
 
 def test_rows_are_frames_without_a_start(folder: Path) -> None:
-    album = Album.open(read_track_file(track_file(folder, "rows.csv", 'video = "eye.mp4"')))
+    album = Album.open(read_track(track_file(folder, "rows.csv", 'video = "eye.mp4"')))
     assert len(album) == 12
     assert [images.time for images in album.seen([3, 7])] == pytest.approx([0.3, 0.7])
     pictures = [pictures[0] for pictures in album.pictures([3, 3, 7])]
@@ -71,9 +75,9 @@ def test_rows_are_frames_without_a_start(folder: Path) -> None:
 
 
 def test_joints_are_interpolated_at_the_frames_with_a_start(folder: Path) -> None:
-    by_row = Album.open(read_track_file(track_file(folder, "rows.csv", 'video = "eye.mp4"')))
+    by_row = Album.open(read_track(track_file(folder, "rows.csv", 'video = "eye.mp4"')))
     source = f'video = "eye.mp4"\nstart = {BEGINNING}'
-    album = Album.open(read_track_file(track_file(folder, "clock.csv", source)))
+    album = Album.open(read_track(track_file(folder, "clock.csv", source)))
     assert album.numbers[:, 0].tolist() == list(range(10))  # the encoders end before the video
     np.testing.assert_allclose(album.time, BEGINNING + np.arange(10) / RATE)
     np.testing.assert_allclose(album.q, by_row.q[:10], atol=0.02)
@@ -147,7 +151,7 @@ def test_pictures_that_hide_the_arm_are_not_learned_from(
 ) -> None:
     """They are told as lost, and the answer is that of the others."""
     frames = [pictures[0] for pictures in
-              Album.open(read_track_file(track_file(folder, "rows.csv", 'video = "eye.mp4"')))
+              Album.open(read_track(track_file(folder, "rows.csv", 'video = "eye.mp4"')))
               .pictures(range(12))]  # fmt: skip
     hidden = (4, 5)
     for number, picture in enumerate(frames):

@@ -1,11 +1,12 @@
-"""The pictures of a track file, joined with the readings of the encoders moment by moment.
+"""The pictures of a run file, joined with the readings of the encoders moment by moment.
 
-The rule of the join is in `track_file`. Pictures are read when they are looked at, in order, and
-never held: a video is decoded once for every call.
+The rule of the join is in `picture_sections`. Pictures are read when they are looked at, in order,
+and never held: a video is decoded once for every call.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.loading import read_joints, read_robot
-from bodyschema.cli.tracking.track_file import CameraEntry, TrackFile
+from bodyschema.cli.loading import read_robot
+from bodyschema.cli.reading.joints import read_joints
+from bodyschema.cli.reading.pictures import picture_path
+from bodyschema.cli.run_file import RunFile
+from bodyschema.cli.tracking.picture_sections import (
+    CameraEntry,
+    PictureSections,
+    offset_spread,
+)
 from bodyschema.errors import InputError
+from bodyschema.export.result_folder import sha256
 from bodyschema.model.camera import Camera
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, join
@@ -34,7 +43,9 @@ Ints = NDArray[np.int64]
 class Album:
     """Moments at which the cameras saw and the encoders were read."""
 
-    run: TrackFile
+    run: RunFile
+    seen_by: PictureSections
+    """Cameras and what is wanted of them."""
     nominal: Body
     """As described."""
     body: Body
@@ -51,20 +62,23 @@ class Album:
     """(n_moments,) s on the recording's clock."""
 
     @classmethod
-    def open(cls, run: TrackFile) -> Album:
+    def open(cls, run: RunFile) -> Album:
         """Read robot and table, and look what pictures there are.
 
         Raises:
             InputError: anything that cannot be used, in one sentence.
         """
-        nominal = body = read_robot(Path(run.robot))
-        for name, entry in run.cameras.items():
+        pictures = run.pictures
+        if pictures is None:
+            raise InputError("the run file names no camera; add a section [cameras.NAME].")
+        nominal = body = read_robot(Path(run.robot), run.packages)
+        for name, entry in pictures.cameras.items():
             T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
             body = body.attach(name, entry.parent, T)
-        body.frame_index(run.hand)
+        body.frame_index(pictures.hand)
         table = open_recording(run.recording)
-        lenses = tuple(entry.camera(name) for name, entry in run.cameras.items())
-        entries = run.cameras.values()
+        lenses = tuple(entry.camera(name) for name, entry in pictures.cameras.items())
+        entries = pictures.cameras.values()
         videos = tuple(Video.open(entry.video) if entry.video else None for entry in entries)
         for lens, video in zip(lenses, videos, strict=True):
             _check_size(lens, video)
@@ -78,7 +92,7 @@ class Album:
             numbers, q, time = _by_time(JointTrack(table.source, body.joints, time, q), clocks)
         else:
             numbers = _by_row(table, videos)
-        return cls(run, nominal, body, lenses, videos, numbers, q, time)
+        return cls(run, pictures, nominal, body, lenses, videos, numbers, q, time)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -95,13 +109,36 @@ class Album:
         """What is wanted, with its prior."""
         free = self.run.free
         offsets = free_joints(self.body, ["offsets"], free.joints)
-        wrong = {"rad": float(np.deg2rad(free.offset_deg)), "m": free.offset_mm / 1e3}
+        wrong = offset_spread(self.run)
         parts = [offsets.with_prior(np.array([wrong[unit] for unit in offsets.units]))]
-        for name, entry in self.run.cameras.items():
+        for name, entry in self.seen_by.cameras.items():
             if entry.known == "roughly":
                 turn = float(np.deg2rad(entry.turn_deg))
                 parts.append(free_frame(self.body, name, entry.position_m, turn))
         return join(*parts)
+
+    @property
+    def first_pictures(self) -> list[Path]:
+        """One picture and one mask of each camera that has files of them."""
+        return [picture_path(pattern, self.numbers[0, c]) for pattern, c in self._patterns]
+
+    @property
+    def picture_hashes(self) -> dict[str, str]:
+        """One hash for all pictures of a pattern, of theirs in order."""
+        found = {}
+        for pattern, c in self._patterns:
+            whole = hashlib.sha256()
+            for number in self.numbers[:, c]:
+                path = picture_path(pattern, number)
+                whole.update(sha256(path).encode() if path.is_file() else b"-")
+            found[pattern] = whole.hexdigest()
+        return found
+
+    @property
+    def _patterns(self) -> list[tuple[str, int]]:
+        """Patterns of pictures and masks, with the number of their camera."""
+        entries = enumerate(self.seen_by.cameras.values())
+        return [(p, c) for c, entry in entries for p in (entry.images, entry.masks) if p]
 
     def pictures(self, moments: Sequence[int]) -> Iterator[tuple[Picture, ...]]:
         """What each camera saw: red, green, blue, straightened.
@@ -114,7 +151,7 @@ class Album:
 
     def seen(self, moments: Sequence[int]) -> Iterator[Images]:
         """What is compared: masks if all cameras have them, otherwise the pictures."""
-        entries, cameras = list(self.run.cameras.values()), self.cameras
+        entries, cameras = list(self.seen_by.cameras.values()), self.cameras
         if not all(entry.masks for entry in entries):
             found = self.pictures(moments)
         else:
@@ -128,7 +165,7 @@ class Album:
         """The pictures of one camera."""
         numbers, video = self.numbers[list(moments), c], self.videos[c]
         if video is None:
-            pattern = list(self.run.cameras.values())[c].images
+            pattern = list(self.seen_by.cameras.values())[c].images
             for number in numbers:
                 yield self.lenses[c].undistort(read_picture(picture_path(pattern, number)))
             return
@@ -213,17 +250,3 @@ def _check_size(lens: Camera, video: Video | None) -> None:
             f"'{video.source}' is {video.width} by {video.height} pixels; give the size and lens "
             "of the video."
         )
-
-
-def picture_path(pattern: str, number: int) -> Path:
-    """The file of one picture.
-
-    Raises:
-        InputError: the pattern has other names than {row} in it.
-    """
-    try:
-        return Path(pattern.format(row=int(number)))
-    except (KeyError, IndexError, ValueError):
-        raise InputError(
-            f"'{pattern}' is no pattern; write {{row}} where the number goes."
-        ) from None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.estimation.certificate import REACH
+from bodyschema.estimation.loads import com_covariance
 from bodyschema.learners.payload.chart import SHARED, USUAL, USUAL_STD, Guess, Prior, wide_prior
 from bodyschema.learners.payload.fit import Solution, solve
 from bodyschema.learners.payload.noise_levels import Levels, Segment
@@ -138,12 +139,6 @@ class LoadLearner:
                 f"{1e3 * self.com:.2g} mm."
             )
         return LoadCertificate(not missing, mass, com, tuple(missing))
-
-
-def com_covariance(load: Inertia, P: Array) -> Array:
-    """(3, 3) m^2 of the centre of mass c = h / m, from that of phi (10, 10)."""
-    J = np.hstack([-load.com[:, None], np.eye(3)]) / load.mass
-    return np.asarray(J @ P[:4, :4] @ J.T)
 
 
 def _row_slope(guess: Guess, row: Array) -> Array:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learners.payload.learner import com_covariance
+from bodyschema.estimation.loads import SIX, com_covariance, moments_covariance
 from bodyschema.model.inertia import Inertia
 
 Array = NDArray[np.float64]
@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 MASS, CENTRE, MOMENT = 0.10, 0.02, 0.5
 """Relative, m, and relative to the largest moment: one standard deviation of what is told."""
 
-SIX = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 AXES = "xyz"
 
 
@@ -36,16 +35,6 @@ class Untold:
     """"mass", "com" or "I_xx" and so on."""
     sentence: str
     """What is not told, and the motion that would tell it."""
-
-
-def moments_covariance(load: Inertia, P: Array) -> Array:
-    """(6, 6) of xx, xy, yy, xz, yz, zz about the centre of mass, from that of phi (10, 10)."""
-    phi, J = load.phi, np.zeros((6, 10))
-    for k in range(10):
-        step = 1e-6 * max(abs(float(phi[k])), 1e-3)
-        ends = [Inertia.from_phi(phi + s * step * np.eye(10)[k]).moments for s in (1, -1)]
-        J[:, k] = [(ends[0][i, j] - ends[1][i, j]) / (2 * step) for i, j in SIX]
-    return np.asarray(J @ P @ J.T)
 
 
 def untold(load: Inertia, P: Array) -> tuple[Untold, ...]:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.acting.telling_posture import TellingPosture
-from bodyschema.export.tracked_files import Settled
 from bodyschema.learners.images.hand_track import HandPose
+from bodyschema.learners.images.markerless_fit import MarkerlessFit
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 
@@ -34,9 +32,9 @@ class OverlayPicture:
 class TrackEvidence:
     """A fit with what it was made from and what it says of every moment."""
 
-    settled: Settled
-    nominal: Body
-    """As described."""
+    fit: MarkerlessFit
+    kept: tuple[str, ...]
+    """Variables that stay as modelled."""
     body: Body
     """As described, with the cameras where they were believed."""
     cameras: tuple[str, ...]
@@ -50,11 +48,7 @@ class TrackEvidence:
     """Moments that the offsets were learned from."""
     poses: Sequence[HandPose]
     """Of the hand at every moment."""
-    telling: TellingPosture | None
-    """Where to look next."""
     pictures: Sequence[OverlayPicture]
-    run: Mapping[str, Any]
-    """What was asked: run.json, and the "command"."""
 
     @cached_property
     def lost(self) -> Bools:

@@ -19,7 +19,7 @@ class Trust:
 
     def render(self) -> str:
         """See `Section`."""
-        fit = self.evidence.settled.fit
+        fit = self.evidence.fit
         doubts = fit.model.doubts
         return render(
             "tracking/trust.html",

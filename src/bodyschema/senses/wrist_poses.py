@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.wrist.payload_file import PoseColumns
-from bodyschema.cli.wrist.physical_units import factor
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.senses.layouts import LAYOUTS, poses_from_columns
+from bodyschema.senses.wrist_declaration import PoseColumns
+from bodyschema.sources.physical_units import factor
 from bodyschema.sources.recording import UNITS
 
 Array = NDArray[np.float64]

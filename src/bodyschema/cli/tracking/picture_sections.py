@@ -1,4 +1,4 @@
-"""The track file: one TOML that names the robot, the encoder table and the pictures.
+"""Sections of a run file for pictures of a robot without markers: what `bodyschema track` reads.
 
     robot = "arm.urdf"                      # URDF or xacro with meshes
     recording = "joints.csv"                # one row a posture
@@ -6,10 +6,6 @@
     hand = "tool0"                          # the frame whose pose is told
     links = ["link_2", "link_3"]            # optional: links whose outline is used, of those seen
     faces = 1500                            # optional: of each link; 0 for all
-
-    [joints]
-    unit = "rad"                            # see the run file
-    columns = { elbow = "q3" }
 
     [free]
     joints = ["elbow"]                      # joints whose offset is wanted
@@ -51,26 +47,22 @@ less of the camera's turn about it than it seems to.
 
 from __future__ import annotations
 
-import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bodyschema.cli.run_file import JointColumns, entry_of
 from bodyschema.errors import InputError
 from bodyschema.learners.images.doubts import Doubts
 from bodyschema.model.camera import Camera
 
+if TYPE_CHECKING:
+    from bodyschema.cli.run_file import RunFile
 
-@dataclass(frozen=True)
-class FreeOffsets:
-    """What is wanted."""
-
-    joints: tuple[str, ...]
-    offset_deg: float = 8.0
-    offset_mm: float = 5.0
+OFFSET_DEG, OFFSET_MM = 8.0, 5.0
+"""One standard deviation of an offset, where nobody says another."""
 
 
 @dataclass(frozen=True)
@@ -127,70 +119,95 @@ class DoubtEntry:
 
 
 @dataclass(frozen=True)
-class TrackFile:
-    """A whole run, resolved."""
+class PictureSections:
+    """What a run file says of pictures."""
 
-    robot: str
-    recording: str
-    hand: str
-    free: FreeOffsets
     cameras: dict[str, CameraEntry]
-    joints: JointColumns = field(default_factory=JointColumns)
-    doubts: DoubtEntry = field(default_factory=DoubtEntry)
+    hand: str = ""
+    """The frame whose pose is told."""
     links: tuple[str, ...] = ()
+    """Whose outline is used; all that show when empty."""
     faces: int = 1500
-    time: str | None = None
+    """Of each link; 0 for all."""
+    doubts: DoubtEntry = field(default_factory=DoubtEntry)
+
+    @property
+    def files(self) -> list[str]:
+        """Videos."""
+        return [entry.video for entry in self.cameras.values() if entry.video]
 
 
-def read_track_file(path: Path) -> TrackFile:
-    """Read a track file; its paths come back absolute.
+KEYS = ("hand", "links", "faces")
+"""Outside of any section."""
+
+
+def read_sections(table: Mapping[str, Any], here: Path, where: str) -> PictureSections:
+    """The sections of a run file.
+
+    Args:
+        table: cameras, doubts, and those of `KEYS` that it has.
+        here: anchors its paths.
+        where: names it in messages.
 
     Raises:
-        InputError: missing, malformed, a key unknown or missing.
+        InputError: a key is unknown or missing.
     """
-    try:
-        table: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        raise InputError(f"no track file at '{path}'; give the path of a TOML file.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"'{path}' is not valid TOML: {error}.") from None
-    here, where = path.resolve().parent, f"'{path.name}'"
+    from bodyschema.cli.run_file import entry_of
+
     given = table.get("cameras")
-    if not isinstance(given, dict) or not given:
+    if not isinstance(given, Mapping) or not given:
         raise InputError(f"{where} names no camera; add a section [cameras.NAME].")
     cameras = {
         name: _absolute(here, entry_of(CameraEntry, entry, f"[cameras.{name}] of {where}"))
         for name, entry in given.items()
     }
-    _check_sources(cameras, where)
-    entries: dict[str, Any] = {
-        **table,
-        "joints": entry_of(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
-        "free": entry_of(FreeOffsets, table.get("free", {}), f"[free] of {where}"),
-        "doubts": entry_of(DoubtEntry, table.get("doubts", {}), f"[doubts] of {where}"),
-        "cameras": cameras,
-    }
-    run = entry_of(TrackFile, entries, where)
-    _check_doubts(run, where)
-    return replace(run, robot=str(here / run.robot), recording=str(here / run.recording))
+    doubts = entry_of(DoubtEntry, table.get("doubts", {}), f"[doubts] of {where}")
+    return entry_of(PictureSections, {**table, "cameras": cameras, "doubts": doubts}, where)
 
 
 def _absolute(here: Path, entry: CameraEntry) -> CameraEntry:
+    """With the paths of its files from the folder of the run file."""
     images, video, masks = (
         str(here / name) if name else "" for name in (entry.images, entry.video, entry.masks)
     )
     return replace(entry, images=images, video=video, masks=masks)
 
 
-def _check_doubts(run: TrackFile, where: str) -> None:
-    """What is wanted may be wrong, and by more than nothing."""
+def check_pictures(run: RunFile, where: str) -> None:
+    """Refuse runs that lack a camera or what is wanted, and settings that mean nothing.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    pictures = run.pictures
+    if pictures is None or not pictures.cameras:
+        raise InputError(f"{where} names no camera; add a section [cameras.NAME].")
+    if not pictures.hand:
+        raise InputError(f"{where} lacks the key 'hand': the frame whose pose is told.")
+    if not run.robot:
+        raise InputError(f'{where} names no robot; add: robot = "path".')
     if not run.free.joints:
         raise InputError(f"[free] of {where} names no joints; list those whose offset is wanted.")
-    if run.faces < 0:
-        raise InputError(f"faces = {run.faces} in {where}; give 1 or more, or 0 for all.")
-    spreads = {"offset_deg of [free]": run.free.offset_deg}
-    spreads |= {"offset_mm of [free]": run.free.offset_mm}
-    for name, entry in run.cameras.items():
+    if pictures.faces < 0:
+        raise InputError(f"faces = {pictures.faces} in {where}; give 1 or more, or 0 for all.")
+    _check_sources(pictures.cameras, where)
+    _check_spreads(run, pictures, where)
+
+
+def offset_spread(run: RunFile) -> dict[str, float]:
+    """One standard deviation of an offset by its unit, rad or m."""
+    deg, mm = run.free.offset_deg, run.free.offset_mm
+    return {
+        "rad": float(np.deg2rad(OFFSET_DEG if deg is None else deg)),
+        "m": (OFFSET_MM if mm is None else mm) / 1e3,
+    }
+
+
+def _check_spreads(run: RunFile, pictures: PictureSections, where: str) -> None:
+    """What is wanted may be wrong by more than nothing."""
+    units = {"rad": "offset_deg of [free]", "m": "offset_mm of [free]"}
+    spreads = {units[unit]: spread for unit, spread in offset_spread(run).items()}
+    for name, entry in pictures.cameras.items():
         if len(entry.xyz) != 3 or len(entry.rpy) != 3:
             raise InputError(f"xyz and rpy of camera '{name}' of {where} must be three numbers.")
         spreads |= {f"position_m of camera '{name}'": entry.position_m}

@@ -1,0 +1,140 @@
+"""What a declaration of a wrist's columns makes of them, and which other one would explain more.
+
+A load that leaves much of the wrench unexplained often means that one entry was written wrongly:
+the axes of the wrench, its unit, the layout of the pose. Each of these entries is tried as it is
+often meant; the one under which a load explains the wrench is named.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bodyschema.errors import InputError
+from bodyschema.learners.payload.learner import LoadLearner
+from bodyschema.learners.payload.recorded import Part, fit_payload
+from bodyschema.senses.wrench_means import Averaging, WrenchMeans, postures
+from bodyschema.senses.wrist_columns import WristRecording, WristTable
+from bodyschema.senses.wrist_declaration import SensorPlace, WristDeclaration
+from bodyschema.senses.wrist_samples import WristSamples
+
+TURN_STD = {"exactly": 1e-6, "roughly": float(np.radians(5)), "no": float(np.inf)}
+"""rad, by what is known of the sensor's mounting."""
+
+TARED = (0.05, 0.002)
+"""N and Nm, what the offset of a tared sensor may still be."""
+
+SLOWEST = 0.08
+"""s between samples, beyond which a motion cannot be followed."""
+
+POOR = 0.1
+"""Share of the wrench that may be left over before the answer says that something is wrong."""
+
+DOUBTFUL, MUCH = 0.03, 0.3
+"""Share from which other entries are tried, and what one must bring it down to, to be named."""
+
+ALTERNATIVES: dict[str, dict[str, tuple[str, ...]]] = {
+    "wrench": {"frame": ("sensor", "base"), "about": ("base",), "torque_unit": ("Nm", "Nmm")},
+    "pose": {"unit": ("m", "mm"), "angle_unit": ("rad", "deg")},
+}
+"""Entries that are often written wrongly, and what else they may be."""
+
+SWAPPED = {
+    "xyz_xyzw": "xyz_wxyz", "xyz_wxyz": "xyz_xyzw", "xyzw": "wxyz", "wxyz": "xyzw",
+    "xyz_rpy": "xyz_rotvec", "xyz_rotvec": "xyz_rpy", "rpy": "rotvec", "rotvec": "rpy",
+}  # fmt: skip
+"""Layouts that are taken for each other."""
+
+
+@dataclass(frozen=True)
+class MotionReading:
+    """How the motion of a recording is read."""
+
+    kind: str = "auto"
+    """"moving", "postures" (every row at rest), or "auto": by the clock."""
+    window: float = 0.5
+    """s that are averaged."""
+    down: tuple[float, ...] = (0.0, 0.0, -9.81)
+    """m/s^2, gravity in the base."""
+
+    def moving(self, read: WristRecording) -> bool:
+        """Whether rows are moments of a motion that can be followed."""
+        if self.kind != "auto":
+            return self.kind == "moving"
+        step = float(np.median(np.diff(read.samples.time)))
+        return read.moving and step <= SLOWEST
+
+    def means(self, samples: WristSamples, moving: bool, sensor: SensorPlace) -> WrenchMeans:
+        """Wrenches and regressors: of windows of a motion, or of postures at rest."""
+        if moving:
+            return Averaging(self.window).means(samples)
+        made = postures(samples)
+        noise = made.std.copy()
+        if sensor.noise_N is not None:
+            noise[:3] = sensor.noise_N
+        if sensor.noise_Nm is not None:
+            noise[3:] = sensor.noise_Nm
+        return replace(made, std=noise)
+
+
+def load_learner(declared: WristDeclaration) -> LoadLearner:
+    """The learner that believes what is said of the sensor."""
+    learner = LoadLearner(turn_std=TURN_STD[declared.sensor.known])
+    if declared.wrench.bias == "none":
+        learner = replace(learner, force_bias_std=TARED[0], torque_bias_std=TARED[1])
+    return learner
+
+
+def other_declarations(declared: WristDeclaration) -> Mapping[str, WristDeclaration]:
+    """Words for one changed entry -> the declaration with it, most likely first."""
+    trials = dict[str, WristDeclaration]()
+    for key, words in ALTERNATIVES["wrench"].items():
+        for word in (word for word in words if word != getattr(declared.wrench, key)):
+            change: dict[str, Any] = {key: word}
+            wrench = replace(declared.wrench, **change)
+            trials[f'{key} = "{word}"'] = replace(declared, wrench=wrench)
+    if declared.pose is not None:
+        layout = declared.pose.layout
+        changes: list[tuple[str, Any]] = [("inverse", not declared.pose.inverse)]
+        changes += [("layout", SWAPPED[layout])] if layout in SWAPPED else []
+        for key, words in ALTERNATIVES["pose"].items():
+            changes += [(key, word) for word in words if word != getattr(declared.pose, key)]
+        for key, value in changes:
+            pose = replace(declared.pose, **{key: value})
+            trials[f"{key} = {json.dumps(value)} under [pose]"] = replace(declared, pose=pose)
+    turned = replace(declared.sensor, known="no")
+    trials['known = "no" under [sensor]'] = replace(declared, sensor=turned)
+    return trials
+
+
+def better_declaration(
+    table: WristTable,
+    declared: WristDeclaration,
+    motion: MotionReading,
+    moving: bool,
+    share: float,
+) -> str:
+    """The entry that, written otherwise, would explain the wrench; "" if there is none.
+
+    Args:
+        table: the recording.
+        declared: what is said of it.
+        motion: how it is read.
+        moving: whether its rows are moments of a motion.
+        share: of the wrench that the load leaves unexplained as declared.
+    """
+    if share <= DOUBTFUL:
+        return ""
+    for words, trial in other_declarations(declared).items():
+        try:
+            means = motion.means(table.read(trial).samples, moving, trial.sensor)
+            fit = fit_payload([Part(means, ("load",))], load_learner(trial))
+        except InputError:
+            continue
+        if fit.unexplained.max() < min(0.5 * POOR, MUCH * share):
+            return words
+    return ""
