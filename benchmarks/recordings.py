@@ -39,11 +39,11 @@ import numpy as np
 import bodyschema as bs
 import markerless
 from bodyschema import lie
-from bodyschema.judging.one_pass import BURN_IN, Fitting, LearnerName, fitting
 from bodyschema.estimation.discrepancy import learn_discrepancy
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.held_out import folds_of, held_out, outlier_free
+from bodyschema.estimation.held_out import folds_of, held_out
 from bodyschema.estimation.problem import Knowledge, Problem
+from bodyschema.judging.one_pass import BURN_IN, Fitting, LearnerName, fitting
 from bodyschema.learners.hand_eye.full_poses import solve_hand_eye
 from bodyschema.learners.hand_eye.pose_streams import join_streams
 from bodyschema.learners.learner import run
@@ -151,7 +151,7 @@ def fr3_batch(
         begin = time.perf_counter()
         problem = Problem(body, (sense,), {"board": "no", "camera": "no"}, body.joints)
         fit = problem.fit(problem.variables(FULL), [sense])
-        good = outlier_free([sense], fit, problem.learner.freedom)[0]
+        good = ~fit.outliers[0]
         field = learn_discrepancy(fit.body, sense, good)
         seconds.append(time.perf_counter() - begin)
         predicted = relative_pose(fit.body, q[fold], "board", "camera")

@@ -27,7 +27,6 @@ import planning
 import recordings
 from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.discrepancy import learn_discrepancy
-from bodyschema.estimation.held_out import outlier_free
 from bodyschema.estimation.prediction import degrees_of_freedom, predict_error
 from bodyschema.estimation.problem import Problem
 from bodyschema.monitoring.change import detect_change
@@ -62,8 +61,7 @@ def fr3_coverage(data: Path) -> float:
         problem = Problem(body, (training,), {"board": "no", "camera": "no"}, body.joints)
         fit = problem.fit(problem.variables(recordings.FULL), [training])
         residual = unseen.residual(fit.body)
-        freedom = problem.learner.freedom
-        told = within_prediction(fit, unseen, fit.levels[0], residual, freedom)
+        told = within_prediction(fit, unseen, fit.levels[0], residual, fit.freedom[0])
         inside.append(told["position"])
     return float(np.mean(np.concatenate(inside)))
 
@@ -94,7 +92,7 @@ def check(arm: arms.Arm, fault: str, size: float, seeds: int) -> dict[str, float
         truth = arm.truth(rng)
         seen = arm.record(truth, 60, 0.05, rng)
         fit = arm.fit(seen)
-        good = outlier_free([seen], fit, 4.0)[0]
+        good = ~fit.outliers[0]
         fields = {seen.label: learn_discrepancy(fit.body, seen, good)}
         after, part = changed(arm, truth, fault, size, rng)
         answer = detect_change(fit, [arm.record(after, 30, 0.05, rng)], fields)

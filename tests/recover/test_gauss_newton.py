@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.problem import Problem
 from bodyschema.estimation.solver import Solver
 from bodyschema.learners.filter import Belief, Filter
@@ -58,7 +59,8 @@ def test_one_pass_from_unknown_frames_is_as_good_as_the_batch(sense: str) -> Non
         truth = nominal.with_variables(offsets, drawn(offsets, rng, 0.5))
         seen = SENSES[sense](truth, postures(100, truth, rng), rng)
         blind = forgotten(nominal, ENDS)
-        problem = Problem(blind, (seen,), dict.fromkeys(ENDS, "no"), blind.joints)
+        same = Solver(Loss(adapt=False))
+        problem = Problem(blind, (seen,), dict.fromkeys(ENDS, "no"), blind.joints, same)
         variables = problem.variables(["offsets"])
         learner = Filter(unknown=problem.unknown)
         state = learned(learner, learner.start(blind, variables), [seen])
@@ -78,7 +80,7 @@ def test_gaussian_steps_equal_the_gaussian_batch_where_the_body_is_nearly_linear
     variables = variables.with_prior(0.02 * variables.prior_std)
     truth = nominal.with_variables(variables, drawn(variables, rng))
     seen = SENSES[sense](truth, postures(60, truth, rng), rng)
-    batch = Solver(np.inf, learn_levels=False).fit(nominal, variables, [seen])
+    batch = Solver(Loss(np.inf), learn_levels=False).fit(nominal, variables, [seen])
     learner = Filter(freedom=np.inf)
     state = learned(learner, started(nominal, variables, seen), [seen])
     std = batch.std

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability, identifiability, random_postures
-from bodyschema.estimation.normal_equations import fisher_share, level_rows, whiten
+from bodyschema.estimation.loss import fisher_share
+from bodyschema.estimation.normal_equations import level_rows, whiten
 from bodyschema.estimation.solver import Solver
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, join
@@ -38,9 +39,9 @@ def told(body: Body, variables: Variables, senses: Sequence[Sense]) -> Identifia
 def stacked(fit: Estimate, senses: Sequence[Sense]) -> Array:
     """(numbers, n_parameters) whitened Jacobian, weighted as in the fit."""
     estimate, rows = fit, []
-    for sense, level, weight in zip(senses, fit.levels, fit.weights, strict=True):
+    for sense, level, weight, nu in zip(senses, fit.levels, fit.weights, fit.freedom, strict=True):
         part = whiten(sense, estimate.reference, estimate.variables, estimate.x)
-        root = np.sqrt(weight * fisher_share(4.0, part.residual.shape[1]))
+        root = np.sqrt(weight * fisher_share(nu, part.residual.shape[1]))
         J = part.jacobian * root[:, None, None] / level_rows(sense, level)[:, None]
         rows.append(J.reshape(-1, len(estimate.x)))
     return np.concatenate(rows) * estimate.variables.scale

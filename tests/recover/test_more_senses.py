@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.solver import Solver
 from bodyschema.model import parts
 from bodyschema.model.camera import Camera
@@ -139,7 +140,7 @@ def normalised_error(name: str, seed: int) -> tuple[Array, float]:
     shown = sense.predict(truth)
     noise = np.sqrt(sense.covariance[0, 0]) * rng.normal(size=shown.shape)
     sense = replace(sense, observed=shown + noise, stated=True)
-    solver = Solver(freedom=np.inf, learn_levels=False)
+    solver = Solver(Loss(np.inf), learn_levels=False)
     fit = solver.fit(started(name, nominal, sense), variables, [sense])
     assert fit.converged
     left = (fit.x - x)[named]

@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import chi2
 
 from bodyschema.estimation import huber
+from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.solver import Solver
 from bodyschema.learners import smoother
 from bodyschema.learners.learner import run
@@ -47,7 +48,7 @@ def test_with_normal_noise_it_is_the_batch(n: int, monkeypatch: pytest.MonkeyPat
     seen.append(poses(truth, postures(n, truth, rng), rng))
     learner = Smoother()
     state = learned(learner, learner.start(nominal, variables), *seen)
-    batch = Solver(np.inf, learn_levels=False).fit(nominal, variables, seen)
+    batch = Solver(Loss(np.inf), learn_levels=False).fit(nominal, variables, seen)
     assert (np.abs(state.x - batch.x) < 0.05 * batch.std).all()
     assert state.estimate.std == pytest.approx(batch.std, rel=0.02)
     assert len(state.window) == min(2 * n, 32) == sum(map(len, state.window.batches))
@@ -102,7 +103,7 @@ def test_it_does_not_grow_sure_of_what_no_motion_tells() -> None:
         seen = poses(truth, postures(100, truth, rng), rng)
         learner = Smoother()
         estimate = learned(learner, learner.start(nominal, variables), seen).estimate
-        batch = Solver(np.inf, learn_levels=False).fit(nominal, variables, [seen])
+        batch = Solver(Loss(np.inf), learn_levels=False).fit(nominal, variables, [seen])
         assert (estimate.std > 0.9 * batch.std).all()
         assert np.abs((estimate.x - x) / estimate.std).max() < 4.5
 

@@ -25,14 +25,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.loss import Loss, fisher_share
 from bodyschema.estimation.normal_equations import (
-    fisher_share,
     level_rows,
     positive_factor,
     solve_factored,
     whiten,
 )
-from bodyschema.estimation.solver import Solver
 from bodyschema.model.kinematics import relative_pose_derivatives
 from bodyschema.senses.sense import Sense
 
@@ -43,7 +42,7 @@ Criterion = Literal["tool", "all"]
 Pair = tuple[str, str]
 """(seen_from, seen): the frames between which the tool error counts."""
 
-FREEDOM = Solver().freedom
+FREEDOM = Loss().freedom
 """Of the Student-t noise that the batch learner assumes."""
 
 

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.estimation.noise import Levels
 from bodyschema.estimation.normal_equations import positive_factor, solve_factored
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 
 Array = NDArray[np.float64]
-Levels = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,7 @@ class Estimate:
     noise: Mapping[str, float] | None = None
     """Noise level of each sense's component, "hand seen from camera: position (m)" -> m or rad.
 
-    The scale of a Student-t distribution; normal noise has a standard deviation about 1.1 times
-    as large.
+    The scale of a Student-t distribution of `freedom`. Where a sense states its noise, that.
     """
     levels: Levels = ()
     """Noise level of each component of each sense, in units of the believed noise."""
@@ -40,6 +39,12 @@ class Estimate:
     iterations: int = 0
     converged: bool = True
     """Whether the learner came to rest; an estimate that has not is no answer."""
+    freedom: tuple[float, ...] = ()
+    """nu of each sense's noise: inf or large for normal noise, small for heavy tails."""
+    outliers: tuple[NDArray[np.bool_], ...] = ()
+    """(n,) for each sense: samples that the gate of `loss` has taken out."""
+    model_error: Mapping[str, float] | None = None
+    """What exceeds the noise that a sense states, by component, as `noise`; 0 if nothing does."""
 
     @cached_property
     def body(self) -> Body:

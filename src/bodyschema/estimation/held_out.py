@@ -11,19 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
 
 from bodyschema.estimation.discrepancy import learn_discrepancy
 from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.loss import Loss, cost
 from bodyschema.estimation.normal_equations import level_rows
 from bodyschema.estimation.solver import Solver
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 Senses = Sequence[Sense]
-
-FALSE_ALARM = 0.05
-"""Chance that a whole recording without outliers has one sample called an outlier."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +73,7 @@ def held_out(
         fit: makes a fit from training samples, frames included.
         senses: all samples.
         folds: row numbers of each fold.
-        learner: its Student-t freedom scores the held-out samples.
+        learner: its loss scores the held-out samples.
         field: also learn the residual field (slower).
     """
     rows = np.unique(np.concatenate([sense.rows for sense in senses]))
@@ -88,7 +85,7 @@ def held_out(
         training = [sense.take(~mask) for sense, mask in zip(senses, out, strict=True)]
         found = fit(training)
         body = found.body
-        good = outlier_free(training, found, learner.freedom)
+        good = outlier_free(training, found, learner.loss)
         for i, (sense, mask) in enumerate(zip(senses, out, strict=True)):
             test = sense.take(mask)
             if not len(test):
@@ -98,33 +95,35 @@ def held_out(
             if field and good[i].any():
                 learned = learn_discrepancy(body, training[i], good[i])
                 corrected[i][mask] -= learned.predict(test.q)
-            surprise = _surprise(residual, test, found.levels[i], learner.freedom)
+            surprise = _surprise(residual, test, found.levels[i], learner.loss.freedom)
             np.add.at(scores, np.searchsorted(rows, test.rows), surprise)
     return HeldOut(tuple(residuals), tuple(corrected), scores)
 
 
 def _surprise(r: Array, sense: Sense, levels: Sequence[float], nu: float) -> Array:
-    """Negative log Student-t density of residuals, up to a constant shared by all models."""
-    s = np.sqrt(np.diag(sense.covariance)) * level_rows(sense, levels)
-    d = r.shape[1]
-    squared = np.sum((r / s) ** 2, axis=1)
-    shape = squared / 2 if np.isinf(nu) else (nu + d) / 2 * np.log1p(squared / nu)
-    return np.asarray(shape + np.sum(np.log(s)))
+    """Negative log Student-t density of residuals, up to a constant shared by all models.
 
-
-def outlier_free(senses: Senses, fit: Estimate, nu: float) -> list[NDArray[np.bool_]]:
-    """Which samples of each sense are no gross outliers under the Student-t noise of the fit.
-
-    |r|^2 / d is F-distributed with (d, nu) degrees of freedom; the threshold is set so that a
-    recording without outliers raises one false alarm with probability FALSE_ALARM (Bonferroni).
+    Under the nu of the loss, whatever was learnt: a held-out outlier must not decide.
     """
-    total = sum(len(sense) for sense in senses)
-    kept = []
-    for sense, weight in zip(senses, fit.weights, strict=True):
-        d = len(sense.covariance)
-        squared = (nu + d) / weight - nu
-        kept.append(np.asarray(f_distribution.sf(squared / d, d, nu) * total >= FALSE_ALARM))
-    return kept
+    s = np.sqrt(np.diag(sense.covariance)) * level_rows(sense, levels)
+    Q = np.sum((r / s) ** 2, axis=1)
+    return np.asarray(cost(Q, r.shape[1], nu) + np.sum(np.log(s)))
+
+
+def outlier_free(senses: Senses, fit: Estimate, loss: Loss) -> list[NDArray[np.bool_]]:
+    """Which samples of each sense are no gross outliers, (n,).
+
+    Of a batch fit what its gate said; else what the gate says of the fit's weights, those of its
+    own nu.
+    """
+    if fit.outliers:
+        return [~mask for mask in fit.outliers]
+    dimensions = [len(sense.covariance) for sense in senses]
+    nu = loss.freedom
+    lengths = [
+        (nu + d) / np.maximum(w, 1e-300) - nu for d, w in zip(dimensions, fit.weights, strict=True)
+    ]
+    return list(loss.good(lengths, dimensions))
 
 
 def sizes(sense: Sense, residual: Array, component: str) -> Array:

@@ -1,4 +1,4 @@
-"""The weighted normal equations of any number of senses at one parameter vector.
+"""The weighted normal equations of any number of senses at one vector of variables.
 
     cost      C(x) = 1/2 sum_i w_i |r_i|^2 / s^2  +  1/2 x^T P x,      P = diag(prior_std^-2)
     gradient  g = sum_i w_i J_i^T r_i / s^2 + P x
@@ -26,6 +26,10 @@ Array = NDArray[np.float64]
 RELATIVE_ROUNDING = 1e-13
 """Smallest eigenvalue, relative to the largest, that a Cholesky factor of this size carries."""
 
+CHUNK = 4096
+"""Rows that are scaled at once: they stay in the cache, and no second copy of a large Jacobian is
+made."""
+
 
 @dataclass(frozen=True)
 class Whitened:
@@ -44,21 +48,26 @@ def whiten(sense: Sense, reference: Body, variables: Variables, x: Array) -> Whi
     """Residual and Jacobian multiplied by the inverse Cholesky factor of the noise."""
     linear = sense.linearize(reference, variables, x)
     L = np.asarray(np.linalg.cholesky(sense.covariance), dtype=np.float64)
-    n, d = linear.residual.shape
-    stacked = np.concatenate([linear.residual[..., None], linear.by_parameter], axis=2)
-    flat, _ = lapack.dtrtrs(L, stacked.transpose(1, 0, 2).reshape(d, -1), lower=1)
-    white = flat.reshape(d, n, stacked.shape[2]).transpose(1, 0, 2)
-    jacobian = np.ascontiguousarray(white[..., 1:])
-    return Whitened(sense, np.ascontiguousarray(white[..., 0]), jacobian, L)
+    residual = solve_rows(L, linear.residual[..., None])[..., 0]
+    return Whitened(sense, residual, solve_rows(L, linear.by_parameter), L)
+
+
+def solve_rows(L: Array, J: Array) -> Array:
+    """L^-1 J_i for every sample, (n, d, k); noise without correlations only scales the rows."""
+    if np.count_nonzero(L) == len(L):
+        return np.asarray(J / np.diag(L)[:, None])
+    n, d, k = J.shape
+    flat, _ = lapack.dtrtrs(L, J.transpose(1, 0, 2).reshape(d, n * k), lower=1)
+    return np.ascontiguousarray(flat.reshape(d, n, k).transpose(1, 0, 2))
 
 
 def whitened_residual(sense: Sense, body: Body) -> Array:
     """Residual of a body in units of the believed noise, (n, dimension)."""
-    L = np.linalg.cholesky(sense.covariance)
-    return np.asarray(lapack.dtrtrs(L, sense.residual(body).T, lower=1)[0].T)
+    L = np.asarray(np.linalg.cholesky(sense.covariance))
+    return solve_rows(L, sense.residual(body)[..., None])[..., 0]
 
 
-def level_rows(sense: Sense, levels: Sequence[float]) -> Array:
+def level_rows(sense: Sense, levels: Sequence[float] | Array) -> Array:
     """Noise level of each row of the residual, (dimension,)."""
     rows = np.empty(len(sense.covariance))
     for (_, _, part), level in zip(sense.components, levels, strict=True):
@@ -66,13 +75,21 @@ def level_rows(sense: Sense, levels: Sequence[float]) -> Array:
     return rows
 
 
-def fisher_share(freedom: float, dimension: int) -> float:
-    """Fisher information of a Student-t sample, over that of its weighted square J^T J w / s^2.
+def scatter(J: Array, root: Array) -> Array:
+    """sum_i root_i^2 J_i^T J_i: (n, d, N) and (n,) or (n, d) -> (N, N)."""
+    n, d, N = J.shape
+    total, rows = np.zeros((N, N)), max(CHUNK // max(d, 1), 1)
+    scale = root if root.ndim == 2 else root[:, None]
+    for a in range(0, n, rows):
+        A = J[a : a + rows] * scale[a : a + rows, :, None]
+        A = A.reshape(len(A) * d, N)
+        total += A.T @ A
+    return total
 
-    (nu + d) / (nu + d + 2), Lange, Little and Taylor 1989: part of the weight is spent on finding
-    out how much the sample can be trusted. 1 for Gaussian noise.
-    """
-    return 1.0 if np.isinf(freedom) else (freedom + dimension) / (freedom + dimension + 2)
+
+def pulled(J: Array, r: Array) -> Array:
+    """sum_i J_i^T r_i: (n, d, N) and (n, d) -> (N,)."""
+    return np.asarray(r.ravel() @ J.reshape(r.size, J.shape[2]))
 
 
 def information(
@@ -83,9 +100,8 @@ def information(
     H, g = np.zeros((n_parameters, n_parameters)), np.zeros(n_parameters)
     for part, level, weight in zip(parts, levels, weights, strict=True):
         root = np.sqrt(weight)[:, None] / level_rows(part.sense, level)
-        J = (root[..., None] * part.jacobian).reshape(root.size, n_parameters)
-        H += J.T @ J
-        g += J.T @ (root * part.residual).ravel()
+        H += scatter(part.jacobian, root)
+        g += pulled(part.jacobian, root**2 * part.residual)
     return H, g
 
 

@@ -1,201 +1,216 @@
-"""Batch calibration: the parameters that explain all samples at once, robustly, with noise levels.
+"""Solver: the variables that explain all samples at once, robustly, with noise levels.
 
-Samples are Student-t distributed round the prediction, one scale for each component of a sense
-(positions and rotations of a pose share the sample's weight). Expectation-maximisation (Lange,
-Little, Taylor 1989) alternates
+    minimise over x and theta    sum_i u_i c(Q_i) + 1/2 x^T P x + what the levels add
 
-    weights   w_i = (nu + d) / (nu + |r_i / s|^2)            d rows a sample
-    levels    s^2 = sum_i w_i (|r_i|^2 + tr J_i C J_i^T) / (n d)       C posterior covariance
-    step      one Levenberg-Marquardt step on the weighted normal equations
+by the iterations of `descent`, until neither moves. Then, each from where the last has come to
+rest:
 
-until nothing moves. The trace accounts for what the parameters have absorbed, so the levels stay
-right with few samples. A few gross outliers cost nothing but their own rows; no threshold is set by
-hand. The covariance that is reported uses the Fisher information of the Student-t distribution,
-(nu + d) / (nu + d + 2) of J_i^T J_i w_i / s^2.
+    associate   senses that choose correspondences choose them anew
+    repeats     samples of one posture are counted for what they are worth
+    gate        outliers are taken out; each sense gets the nu that its good samples ask for
+
+The covariance that is reported is the inverse of the Fisher information, `loss.fisher_share` of
+J_i^T J_i w_i / s^2, and the prior.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import chdtri
 
 from bodyschema.errors import InputError
-from bodyschema.estimation.estimate import Estimate, Levels
-from bodyschema.estimation.normal_equations import (
-    Whitened,
-    fisher_share,
-    information,
-    level_rows,
-    positive_factor,
-    solve_factored,
-    whiten,
-    whitened_residual,
-)
+from bodyschema.estimation.descent import State, begin, covariance, iterate, resume, slope
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.estimation.gate import judge, masked
+from bodyschema.estimation.loss import Loss, Mask, fisher_share
+from bodyschema.estimation.noise import model_error, named_levels
+from bodyschema.estimation.normal_equations import information
+from bodyschema.estimation.objective import Objective
+from bodyschema.estimation.repeats import worth
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
-SETTLED = 1e-3
-"""Largest last step, in posterior standard deviations, of a fit that counts as converged."""
+ASSOCIATIONS = 20
+"""Most times that correspondences are chosen anew."""
 
-SMALLEST_LEVEL = 1e-3
-"""Of the believed noise: exact (simulated) data must not divide by zero."""
+NOT_ARRIVED = 0.05
+"""Chance that a learner as far off as its error bars say is told that it has not arrived."""
+
+ROUGHLY = 0.01
+"""Tolerance of a descent whose end is only looked at before the next one."""
+
+NEARLY = 0.01
+"""Posterior standard deviations: correspondences that move the fit by less are the last ones."""
 
 
 @dataclass(frozen=True)
 class Solver:
-    """Robust maximum a posteriori by Levenberg-Marquardt inside expectation-maximisation."""
+    """Robust maximum a posteriori of any number of senses in one list."""
 
-    freedom: float = 4.0
-    """nu of the Student-t distribution; inf for Gaussian noise."""
-    max_iterations: int = 100
-    tolerance: float = 1e-7
-    """Stop when no parameter moves by more than this share of its posterior std."""
+    loss: Loss = Loss()  # noqa: RUF009  (frozen settings)
+    """What a residual costs, and what an outlier is."""
+    max_iterations: int = 200
+    """Of each descent; ten are usual."""
+    tolerance: float = 1e-4
+    """Settled when no variable moves by more than this share of its posterior standard deviation,
+    and no log level by more."""
     learn_levels: bool = True
     """Estimate noise levels; otherwise the senses' own covariances are taken as they are."""
+    same_posture: float = 1e-4
+    """rad or m: readings that are nearer to each other belong to one posture. A tenth of a
+    millimetre at a metre: what the model gets wrong is the same for both."""
 
-    def fit(self, reference: Body, variables: Variables, senses: Sequence[Sense]) -> Estimate:
-        """Fit the parameters to the samples.
+    def fit(
+        self,
+        reference: Body,
+        variables: Variables,
+        senses: Sequence[Sense],
+        start: ArrayLike | None = None,
+        levels: Sequence[Sequence[float]] | None = None,
+    ) -> Estimate:
+        """Fit the variables to the samples.
 
         Args:
             reference: body at x = 0, with every frame of the senses attached and started.
             variables: what may be wrong, with priors.
             senses: what was seen.
+            start: (N,) where to begin; at the reference when None.
+            levels: of a fit to much the same samples, by sense and component, to begin with.
 
         Raises:
             InputError: no samples at all.
         """
         if not sum(len(sense) for sense in senses):
             raise InputError("there is not a single sample to learn from.")
-        x = np.zeros(len(variables))
-        levels = tuple(first_levels(sense, reference, self.learn_levels) for sense in senses)
-        damping, moved, iterations = 1e-6, np.inf, 0
-        parts = [whiten(sense, reference, variables, x) for sense in senses]
-        while iterations < self.max_iterations:
-            iterations += 1
-            weights = tuple(
-                self.weights(part.residual, part.sense, level)
-                for part, level in zip(parts, levels, strict=True)
-            )
-            H, g = information(parts, levels, weights)
-            old = x
-            x, damping, C = _descend(
-                reference, variables, senses, levels, weights, H, g, x, damping
-            )
-            parts = [whiten(sense, reference, variables, x) for sense in senses]
-            before = levels
-            if self.learn_levels:
-                levels = tuple(
-                    _level(part, weight, C) for part, weight in zip(parts, weights, strict=True)
-                )
-            moved = float(np.max(np.abs(x - old) / np.sqrt(np.diag(C)), initial=0.0))
-            if moved < self.tolerance and _change(levels, before) < self.tolerance:
-                break
-        weights = tuple(
-            self.weights(part.residual, part.sense, level)
-            for part, level in zip(parts, levels, strict=True)
+        objective = self._objective(reference, variables, senses)
+        x = np.zeros(len(variables)) if start is None else np.array(start, dtype=np.float64)
+        theta = self._first_levels(objective, x, levels)
+        roughly = max(self.tolerance, ROUGHLY)
+        run = self._rest(_Run(objective, begin(objective, x, theta)), roughly)
+        shares = worth(run.objective, run.state, self.same_posture)
+        if any((u < 1).any() for u in shares):
+            counted = replace(run.objective, worth=shares)
+            run = self._rest(run.over(counted, run.state.theta), roughly)
+        judged = judge(run.objective, run.state, self.loss, self.learn_levels)
+        if self.loss.adapt and np.isfinite(self.loss.freedom):
+            kept = masked(run.objective.worth, judged.good)
+            good_only = replace(run.objective, worth=kept, freedom=judged.freedom)
+            run = run.over(good_only, judged.theta)
+        return _estimate(self._rest(run, self.tolerance), judged.good)
+
+    def at(
+        self, reference: Body, variables: Variables, senses: Sequence[Sense], x: Array
+    ) -> Estimate:
+        """What the samples say of a body that was found by other means; nothing is moved.
+
+        It counts as converged when the Gauss-Newton step d that is left, g its gradient, is no
+        longer than the error bars: d^T C^-1 d = g^T C g below the 95 % quantile of chi-square.
+
+        Args:
+            reference: body at x = 0.
+            variables: what is free between the two.
+            senses: what was seen.
+            x: (N,) the body.
+        """
+        objective = self._objective(reference, variables, senses)
+        run = _Run(objective, begin(objective, x, self._first_levels(objective, x, None)))
+        judged = judge(objective, run.state, self.loss, self.learn_levels)
+        if self.loss.adapt and np.isfinite(self.loss.freedom):
+            kept = masked(objective.worth, judged.good)
+            good_only = replace(objective, worth=kept, freedom=judged.freedom)
+            run = replace(run, objective=good_only, state=replace(run.state, theta=judged.theta))
+        found = _estimate(run, judged.good)
+        g = slope(run.objective, run.state)
+        arrived = g @ found.covariance @ g <= chdtri(max(len(x), 1), NOT_ARRIVED)
+        return replace(found, converged=bool(arrived))
+
+    def _objective(
+        self, reference: Body, variables: Variables, senses: Sequence[Sense]
+    ) -> Objective:
+        worth = tuple(np.ones(len(sense)) for sense in senses)
+        freedom = (self.loss.freedom,) * len(senses)
+        return Objective(reference, variables, tuple(senses), worth, freedom)
+
+    def _first_levels(
+        self, objective: Objective, x: Array, levels: Sequence[Sequence[float]] | None
+    ) -> Array:
+        """Log levels to begin with, (K,)."""
+        noise = objective.noise
+        if not self.learn_levels:
+            return np.zeros(len(noise.lowest))
+        if levels is not None:
+            return noise.theta(levels)
+        return noise.first(objective.reference.with_variables(objective.variables, x))
+
+    def _rest(self, run: _Run, tolerance: float) -> _Run:
+        """Descend until nothing moves, with correspondences that no longer change."""
+        run = self._descend(run, tolerance)
+        for _ in range(ASSOCIATIONS):
+            x, senses = run.state.place.x, run.objective.senses
+            body = run.objective.reference.with_variables(run.objective.variables, x)
+            again = tuple(sense.associate(body) for sense in senses)
+            if all(new is old for new, old in zip(again, senses, strict=True)):
+                return run
+            objective = replace(run.objective, senses=again)
+            run = self._descend(run.over(objective, run.state.theta), tolerance)
+            C = covariance(objective, run.state.shares, run.state.theta)
+            if (np.abs(run.state.place.x - x) <= NEARLY * np.sqrt(np.diag(C))).all():
+                return run
+        return replace(run, settled=False)
+
+    def _descend(self, run: _Run, tolerance: float) -> _Run:
+        state = run.state
+        for i in range(1, self.max_iterations + 1):
+            state = iterate(run.objective, state, self.learn_levels)
+            if max(state.moved, state.shifted) < tolerance:
+                return replace(run, state=state, iterations=run.iterations + i, settled=True)
+        n = run.iterations + self.max_iterations
+        return replace(run, state=state, iterations=n, settled=False)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """How far a fit has come."""
+
+    objective: Objective
+    state: State
+    iterations: int = 0
+    settled: bool = False
+
+    def over(self, objective: Objective, theta: Array) -> _Run:
+        """The same place under another objective."""
+        return replace(
+            self, objective=objective, state=resume(objective, self.state.place.x, theta)
         )
-        told = [
-            fisher_share(self.freedom, part.residual.shape[1]) * weight
-            for part, weight in zip(parts, weights, strict=True)
-        ]
-        H, _ = information(parts, levels, told)
-        noise = named_levels(senses, levels)
-        settled = moved < SETTLED
-        return Estimate(reference, variables, x, H, noise, levels, weights, iterations, settled)
-
-    def weights(self, residual: Array, sense: Sense, levels: Sequence[float]) -> Array:
-        """Student-t weight of each sample from its whitened residual, (n,)."""
-        if np.isinf(self.freedom):
-            return np.ones(len(residual))
-        squared = np.sum((residual / level_rows(sense, levels)) ** 2, axis=1)
-        return np.asarray((self.freedom + residual.shape[1]) / (self.freedom + squared))
 
 
-def first_levels(sense: Sense, body: Body, learn: bool) -> tuple[float, ...]:
-    """Levels before the first step: the median length of the residual, in believed noise."""
-    if not learn or not len(sense):
-        return tuple(1.0 for _ in sense.components)
-    residual = whitened_residual(sense, body)
-    # The median length of a standard normal 3-vector is 1.538.
-    lengths = [np.linalg.norm(residual[:, part], axis=1) / 1.538 for _, _, part in sense.components]
-    return tuple(max(float(np.median(length)), SMALLEST_LEVEL) for length in lengths)
-
-
-def _descend(
-    reference: Body,
-    variables: Variables,
-    senses: Sequence[Sense],
-    levels: Levels,
-    weights: Sequence[Array],
-    H: Array,
-    g: Array,
-    x: Array,
-    damping: float,
-) -> tuple[Array, float, Array]:
-    """One accepted Levenberg-Marquardt step: new x, new damping, posterior covariance at the old x.
-
-    All is scaled by the prior, so that the damping means the same for radians and metres.
-    """
-    D = variables.scale
-    precision = variables.prior_std**-2.0
-    H = (H + np.diag(precision)) * np.outer(D, D)
-    g = (g + precision * x) * D
-    start = _cost(reference, variables, senses, levels, weights, x)
-    covariance = solve_factored(positive_factor(H), np.eye(len(x))) * np.outer(D, D)
-    while damping < 1e12:
-        step = -D * solve_factored(positive_factor(H + damping * np.diag(np.diag(H))), g)
-        there = np.clip(x + step, -variables.bound, variables.bound)
-        cost = _cost(reference, variables, senses, levels, weights, there)
-        if cost <= start * (1 + 1e-12):
-            return there, max(damping / 10, 1e-12), covariance
-        damping *= 10
-    return x, 1e-6, covariance
-
-
-def _cost(
-    reference: Body,
-    variables: Variables,
-    senses: Sequence[Sense],
-    levels: Levels,
-    weights: Sequence[Array],
-    x: Array,
-) -> float:
-    body = reference.with_variables(variables, x)
-    cost = float(np.sum((x / variables.prior_std) ** 2))
-    for sense, level, weight in zip(senses, levels, weights, strict=True):
-        scaled = whitened_residual(sense, body) / level_rows(sense, level)
-        cost += float(weight @ np.sum(scaled**2, axis=1))
-    return cost / 2
-
-
-def _level(part: Whitened, weight: Array, C: Array) -> tuple[float, ...]:
-    """The EM update of the noise levels of one sense."""
-    found = []
-    for _, _, rows in part.sense.components:
-        r, J = part.residual[:, rows], part.jacobian[:, rows]
-        absorbed = np.sum((J @ C) * J, axis=2)
-        total = float(weight @ np.sum(r**2 + absorbed, axis=1))
-        found.append(max(np.sqrt(total / r.size), SMALLEST_LEVEL) if r.size else 1.0)
-    return tuple(found)
-
-
-def _change(now: Levels, before: Levels) -> float:
-    """Largest relative change of any level."""
-    pairs = [(a, b) for x, y in zip(now, before, strict=True) for a, b in zip(x, y, strict=True)]
-    return max((abs(a - b) / b for a, b in pairs), default=0.0)
-
-
-def named_levels(senses: Sequence[Sense], levels: Levels) -> dict[str, float]:
-    """Noise level of each component in its unit, by name."""
-    named = {}
-    for sense, level in zip(senses, levels, strict=True):
-        believed = np.sqrt(np.diag(sense.covariance))
-        for (name, unit, rows), value in zip(sense.components, level, strict=True):
-            named[f"{sense.label}: {name} ({unit})"] = float(value * np.mean(believed[rows]))
-    return named
+def _estimate(run: _Run, good: Sequence[Mask]) -> Estimate:
+    """The belief at the end of a fit."""
+    objective, place = run.objective, run.state.place
+    levels = objective.noise.levels(run.state.theta)
+    weights = objective.weights(place.squares, run.state.theta)
+    told = [
+        fisher_share(nu, len(sense.covariance)) * w
+        for sense, nu, w in zip(objective.senses, objective.freedom, weights, strict=True)
+    ]
+    return Estimate(
+        reference=objective.reference,
+        variables=objective.variables,
+        x=place.x,
+        data_information=information(place.parts, levels, told)[0],
+        noise=named_levels(objective.senses, levels),
+        levels=levels,
+        weights=weights,
+        iterations=run.iterations,
+        converged=run.settled,
+        freedom=objective.freedom,
+        outliers=tuple(~mask for mask in good),
+        model_error=model_error(objective.senses, levels),
+    )

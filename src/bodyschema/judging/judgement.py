@@ -77,7 +77,7 @@ def judged(
     tests = {model: judge(model, fitted, True) for model in dict.fromkeys(models)}
     # The largest model leaves the least geometry in the residuals: it tells outliers and lateness.
     fullest = fitted(problem.variables(models[-1]), senses)
-    good = outlier_free(senses, fullest, problem.learner.freedom)
+    good = outlier_free(senses, fullest, problem.learner.loss)
     outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
     candidates = _candidates(problem, tests, senses, good)
     chosen = _choose(tests, candidates) if choose else models[-1]
@@ -106,7 +106,7 @@ def judged(
         },
         predicted=tuple(_predicted(fit, senses, s, _some(s.q)) for s in senses),
         predicted_anywhere=tuple(_predicted(fit, senses, s, anywhere) for s in senses),
-        agreement=_agreement(fit, senses, final.residuals, good, problem.learner.freedom),
+        agreement=_agreement(fit, senses, final.residuals, good),
         identifiability=identifiability(fit, senses, seed),
         outliers=tuple(sorted(outliers)),
         clock=check_clock(fullest, senses, seed),
@@ -130,12 +130,13 @@ def _agreement(
     senses: Sequence[Sense],
     residuals: Sequence[Array],
     good: Sequence[NDArray[np.bool_]],
-    freedom: float,
 ) -> float:
     inside = [
         share[mask]
-        for sense, level, residual, mask in zip(senses, fit.levels, residuals, good, strict=True)
-        for share in within_prediction(fit, sense, level, residual, freedom).values()
+        for sense, level, nu, residual, mask in zip(
+            senses, fit.levels, fit.freedom, residuals, good, strict=True
+        )
+        for share in within_prediction(fit, sense, level, residual, nu).values()
     ]
     return float(np.mean(np.concatenate(inside)))
 

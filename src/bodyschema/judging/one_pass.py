@@ -5,9 +5,8 @@ nobody knows are placed from the first samples, as the recursive learner does it
 
 The smoother believes the noise that it is told, and the gradient keeps no covariance. Their noise
 levels and information are taken at the body where they ended: what the data can say there, which is
-true of the error only once the learner has arrived. Whether it has is tested, for all learners: a
-fit counts as converged when the Gauss-Newton step d that is left, g its gradient, is no longer than
-the error bars, d^T C^-1 d = g^T C g below the 95 % quantile of chi-square.
+true of the error only once the learner has arrived. Whether it has is tested, for all learners, see
+`Solver.at`.
 """
 
 from __future__ import annotations
@@ -20,18 +19,10 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from bodyschema.errors import InputError
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.normal_equations import (
-    fisher_share,
-    information,
-    whiten,
-    whitened_residual,
-)
 from bodyschema.estimation.problem import Problem
-from bodyschema.estimation.solver import first_levels, named_levels
 from bodyschema.learners.filter import Filter, merge
 from bodyschema.learners.learner import in_time_order, run
 from bodyschema.learners.published.online_gradient import OnlineGradient
@@ -50,9 +41,6 @@ LearnerName = Literal["batch", "gauss-newton", "smoother", "online-gradient", "p
 
 BURN_IN = 12
 """Samples that place unknown frames."""
-
-NOT_ARRIVED = 0.05
-"""Chance that a learner as far off as its error bars say is told that it has not arrived."""
 
 GRADIENT_STEP = 0.5
 """mu of the normalised rule. A constant step that suits one robot makes the next one diverge, as
@@ -74,20 +62,15 @@ def fitting(problem: Problem, learner: LearnerName) -> Fitting:
 
 def _gauss_newton(problem: Problem, variables: Variables, senses: Senses) -> Estimate:
     n = sum(len(sense) for sense in senses)
-    learner = Filter(problem.unknown, min(BURN_IN, n), problem.learner.freedom)
+    learner = Filter(problem.unknown, min(BURN_IN, n), problem.learner.loss.freedom)
     steps = run(learner, learner.start(problem.body, variables), senses)
     [(state, _)] = deque(steps, maxlen=1)
+    belief = state.estimate
     idle = {sense.label: ((1.0,) * len(sense.components), 0.0) for sense in senses}
     levels = tuple({**idle, **state.levels}[sense.label][0] for sense in senses)
-    weights = tuple(
-        problem.learner.weights(whitened_residual(sense, state.estimate.body), sense, level)
-        for sense, level in zip(senses, levels, strict=True)
-    )
-    body = state.estimate.body
-    there = fit_at(problem, state.reference, body, variables, senses)
-    return replace(
-        state.estimate, levels=levels, weights=weights, iterations=n, converged=there.converged
-    )
+    there = fit_at(problem, state.reference, belief.body, variables, senses)
+    information, noise = belief.data_information, belief.noise
+    return replace(there, x=belief.x, data_information=information, noise=noise, levels=levels)
 
 
 def _smoother(problem: Problem, variables: Variables, senses: Senses) -> Estimate:
@@ -162,20 +145,5 @@ def fit_at(
         variables: what is free between the two.
         senses: what was seen.
     """
-    x, nu = deviation(reference, body, variables), problem.learner.freedom
-    parts = [whiten(sense, reference, variables, x) for sense in senses]
-    levels = tuple(first_levels(sense, body, True) for sense in senses)
-    weights = tuple(
-        problem.learner.weights(part.residual, part.sense, level)
-        for part, level in zip(parts, levels, strict=True)
-    )
-    told = [
-        fisher_share(nu, part.residual.shape[1]) * weight
-        for part, weight in zip(parts, weights, strict=True)
-    ]
-    H, g = information(parts, levels, told)
-    estimate = Estimate(reference, variables, x, H, named_levels(senses, levels))
-    g += x / variables.prior_std**2
-    arrived = bool(g @ estimate.covariance @ g <= chi2.isf(NOT_ARRIVED, max(len(x), 1)))
-    n = sum(len(sense) for sense in senses)
-    return replace(estimate, levels=levels, weights=weights, iterations=n, converged=arrived)
+    found = problem.learner.at(reference, variables, senses, deviation(reference, body, variables))
+    return replace(found, iterations=sum(len(sense) for sense in senses))

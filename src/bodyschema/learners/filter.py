@@ -13,7 +13,7 @@ no common null space, and seem to tell what no motion can tell (Huang, Mourikis,
 "Analysis and improvement of the consistency of extended Kalman filter based SLAM").
 
 f = (nu + d) / (nu + d + 2) is the Student-t distribution's share of information, see
-`normal_equations.fisher_share`. With forgetting lambda < 1 the prior P takes the place of what is
+`loss.fisher_share`. With forgetting lambda < 1 the prior P takes the place of what is
 forgotten, so directions that the data do not touch keep their prior variance instead of winding up.
 Noise levels follow a running mean of w (|r+|^2 + tr J C+ J^T) / d, the expectation-maximisation
 update of `batch` in recursive form. Unknown frames and the first levels come from a batch fit on a
@@ -30,8 +30,10 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.normal_equations import fisher_share, level_rows, positive_factor, whiten
-from bodyschema.estimation.solver import SMALLEST_LEVEL, Solver, named_levels
+from bodyschema.estimation.loss import Loss, fisher_share
+from bodyschema.estimation.noise import SMALLEST_LEVEL, named_levels
+from bodyschema.estimation.normal_equations import level_rows, positive_factor, whiten
+from bodyschema.estimation.solver import Solver
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.seeds.starts import start_frames
@@ -116,7 +118,7 @@ class Filter:
     def _first_fit(self, state: Belief, waiting: tuple[Sense, ...]) -> Belief:
         senses = merge(waiting)
         reference = start_frames(state.reference, self.unknown, senses)
-        fit = Solver(self.freedom).fit(reference, state.variables, senses)
+        fit = Solver(Loss(self.freedom, adapt=False)).fit(reference, state.variables, senses)
         levels = {
             sense.label: (level, max(float(len(sense)), self.least_count))
             for sense, level in zip(senses, fit.levels, strict=True)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.held_out import sizes
+from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.problem import moved_joints
-from bodyschema.estimation.solver import Solver
 from bodyschema.judging.calibration import Calibration
 from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
@@ -61,11 +61,12 @@ class Evidence:
 
         By component; the rows that are no outliers.
         """
-        fit, nu = self.calibration.fit, Solver().freedom
+        fit = self.calibration.fit
+        freedom = fit.freedom or (Loss().freedom,) * len(self.senses)
         found = []
         for i, sense in enumerate(self.senses):
             residual, good = self.calibration.residuals[i], self.good[i]
-            inside = within_prediction(fit, sense, fit.levels[i], residual, nu)
+            inside = within_prediction(fit, sense, fit.levels[i], residual, freedom[i])
             found.append({k: float(v[good].mean()) for k, v in inside.items() if len(good)})
         return tuple(found)
 

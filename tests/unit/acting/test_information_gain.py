@@ -15,7 +15,7 @@ from bodyschema.acting.information_gain import (
     noise_levels,
     tool_jacobians,
 )
-from bodyschema.estimation.normal_equations import fisher_share
+from bodyschema.estimation.loss import fisher_share
 from bodyschema.model.kinematics import relative_pose
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bodyschema.estimation.agreement import within_prediction
+from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.solver import Solver
 from simulated import POSE_STD, drawn, free_all, poses, postures, seen_arm
 
@@ -17,7 +18,7 @@ def test_the_share_within_is_the_probability() -> None:
     truth = arm.with_variables(variables, drawn(variables, rng, 0.5))
     training = poses(truth, postures(60, arm, rng), rng)
     test = poses(truth, postures(800, arm, rng), rng)
-    learner = Solver(freedom=np.inf)
+    learner = Solver(Loss(np.inf))
     fit = learner.fit(arm, variables, [training])
     residual = test.residual(fit.body)
     found = within_prediction(fit, test, fit.levels[0], residual, np.inf)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import Errors, folds_of, held_out, outlier_free, sizes
+from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.solver import Solver
 from bodyschema.model.variables import free_joints
 from bodyschema.senses.points import Points
@@ -122,7 +123,7 @@ def test_a_clean_recording_seldom_raises_an_alarm(sense: str, freedom: float) ->
         if np.isfinite(freedom):
             seen = heavy_tailed(seen, seen.residual(body), freedom, rng)
         fit = Solver().fit(body, free_joints(body, ["offsets"]), [seen])
-        alarms.append(not outlier_free([seen], fit, 4.0)[0].all())
+        alarms.append(not outlier_free([seen], fit, Loss())[0].all())
     # 4 of 80 are expected; 9 or more have a chance of 1 %.
     assert sum(alarms) <= (9 if np.isfinite(freedom) else 1)
 
@@ -145,4 +146,4 @@ def test_gross_outliers_are_named(sense: str) -> None:
         clean = SENSES[sense](body, postures(60, body, rng), rng)
         seen, bad = spoiled(clean, 0.15, 0.05, rng)
         fit = Solver().fit(body, free_joints(body, ["offsets"]), [seen])
-        assert (outlier_free([seen], fit, 4.0)[0] == ~bad).all()
+        assert (outlier_free([seen], fit, Loss())[0] == ~bad).all()
