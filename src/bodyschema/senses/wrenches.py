@@ -173,9 +173,11 @@ class Wrenches:
 
 def load_regressor(a_g: ArrayLike, w: ArrayLike, dw: ArrayLike) -> Array:
     """Y for many moments: each (n, 3) -> (n, 6, 10)."""
-    parts = [np.ascontiguousarray(np.atleast_2d(part), dtype=np.float64) for part in (a_g, w, dw)]
-    Y = np.zeros((len(parts[0]), 6, 10))
-    fill_regressor(*parts, Y)
+    a, spin, change = (
+        np.ascontiguousarray(np.atleast_2d(part), dtype=np.float64) for part in (a_g, w, dw)
+    )
+    Y = np.zeros((len(a), 6, 10))
+    fill_regressor(a, spin, change, Y)
     return Y
 
 
