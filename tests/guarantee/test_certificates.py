@@ -155,7 +155,9 @@ def test_a_stream_that_stops_fitting_loses_its_certificate() -> None:
     assert not learner.astray(state)
     for i in range(30):
         moment = stream.sample(i)
-        state = learner.step(state, replace(moment, pixels=moment.pixels + [60.0, 0.0, 0.0]))
+        state = learner.step(
+            state, replace(moment, pixels=moment.pixels + np.array([60.0, 0.0, 0.0]))
+        )
     assert not learner.certificate(state).holds
     assert learner.astray(state)
 
@@ -164,7 +166,7 @@ def test_a_stream_that_stops_fitting_loses_its_certificate() -> None:
 
 
 class Arm:
-    """A small arm seen as points from a tracker: at random, or, where noise remembers, on its way."""
+    """A small arm seen as points: at random postures, or, where noise remembers, on its way."""
 
     def __init__(self, seed: int, r: float = 0.0, joints: int = 3) -> None:
         self.rng, self.r = np.random.default_rng(seed), r
