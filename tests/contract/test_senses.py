@@ -19,6 +19,7 @@ from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, free_part, join
 from bodyschema.senses.distances import Distances
 from bodyschema.senses.gravity import Gravity
+from bodyschema.senses.mean_wrenches import MeanWrenches
 from bodyschema.senses.pixels import Pixels
 from bodyschema.senses.planes import Planes
 from bodyschema.senses.points import Points
@@ -26,6 +27,7 @@ from bodyschema.senses.poses import Poses
 from bodyschema.senses.sense import Linearized, Sense, check_samples
 from bodyschema.senses.torques import Torques
 from bodyschema.senses.touches import Touches
+from bodyschema.senses.wrenches import load_regressor
 from bodyschema.senses.wrist_wrenches import WristWrenches
 from bodyschema.testing import check_sense
 
@@ -69,6 +71,9 @@ SENSES: dict[str, Callable[[Array], Sense]] = {
     "wrenches in motion": lambda q: WristWrenches.make(
         q, np.zeros((N, 6)), "tip", "eye", sensor="ft", loads=("load", "tool"), **moving, **late
     ),
+    "mean wrenches": lambda q: MeanWrenches.make(
+        q, np.zeros((N, 6)), "tip", "eye", (0.05, 0.002), sensor="ft", regressor=REGRESSOR
+    ),
     "torques": lambda q: Torques.make(
         q,
         np.zeros((N, 4)),
@@ -83,6 +88,8 @@ SENSES: dict[str, Callable[[Array], Sense]] = {
 }
 """Name -> samples at postures q (N, 4), whatever was seen; frames and parts are those of `body`."""
 
+SWINGS = np.random.default_rng(6).normal(size=(3, N, 3))
+REGRESSOR = load_regressor(SWINGS[0] + [0.0, 0.0, 9.81], SWINGS[1], SWINGS[2])
 BOARD = 0.1 * np.random.default_rng(3).uniform(-1, 1, (N, 3))
 CAMERA = Camera("eye", "eye", 640, 480, np.array([[500.0, 0, 320], [0, 510, 240], [0, 0, 1]]))
 

@@ -20,16 +20,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.errors import InputError
-from bodyschema.model.inertia import log_cholesky, nearest_physical
 from bodyschema.model.kernels import PART
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.motion import Motion
 from bodyschema.model.parts import DRIVE, load_phi
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
+from bodyschema.senses.gravity import G
 from bodyschema.senses.joint_torques import link_regressor, motor_regressor
 from bodyschema.senses.sense import Linearized, Sense, check_samples
-from bodyschema.senses.wrist_wrenches import GRAVITY, LIGHTEST, LOAD_SPREAD
+from bodyschema.senses.wrench_parts import LOAD_SPREAD, with_load
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class Torques(Sense):
     """Part "drive"; "" for motors without friction."""
     motors: Array = field(default_factory=lambda: np.empty((0, 0)), kw_only=True)
     """(n_joints, n_joints) the joints that each motor turns; the identity if not coupled."""
-    gravity: float = field(default=GRAVITY, kw_only=True)
+    gravity: float = field(default=G, kw_only=True)
     """m/s^2"""
 
     shared = ("motors",)
@@ -206,10 +206,7 @@ class Torques(Sense):
         """The body with the unknown parts as the regressor's multipliers x say."""
         for k, (_, name) in enumerate(self.loads):
             if name in unknown:
-                phi = x[10 * k : 10 * k + 10]
-                phi = phi if phi[0] > LIGHTEST else np.array([LIGHTEST, *[0.0] * 9])
-                eta = log_cholesky(nearest_physical(phi))
-                body = body.with_part(name, replace(body.part(name), values=eta))
+                body = with_load(body, name, x[10 * k : 10 * k + 10])
         if self.drive in unknown:
             numbers = self._numbers(body).copy()
             numbers[:, :-1] = x[10 * len(self.loads) :].reshape(len(numbers), -1)

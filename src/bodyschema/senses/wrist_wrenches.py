@@ -8,15 +8,15 @@ as the sensor sees it, G gravity, and the sensor's motion (a, w, dw) by `model.m
     t = h x (a + G u) + I dw + w x I w            phi = [m, h, I] of the loads together (`inertia`)
     y = (1 + gain) [f, t] + offset                along the sensor's axes, sensor on object
 
-linear in phi (`wrenches`), gain and offset; loads are parts "load" in the sensor's frame, gain and
-offset a part "sensor". At rest joints and mountings enter through u alone: what a force says of the
-joints is how they turn the sensor against gravity.
+(`wrench_parts`); loads are parts "load" in the sensor's frame, gain and offset a part "sensor". At
+rest joints and mountings enter through u alone: what a force says of the joints is how they turn
+the sensor against gravity.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -24,28 +24,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.model.inertia import log_cholesky, nearest_physical, symmetric
+from bodyschema.model.inertia import symmetric
 from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.motion import Motion, frame_motion, motion_derivatives
-from bodyschema.model.parts import load_phi
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
+from bodyschema.senses.gravity import G
 from bodyschema.senses.sense import PLACEMENT, Linearized, Sense, check_samples
+from bodyschema.senses.wrench_parts import WrenchParts
 from bodyschema.senses.wrenches import FORCE_STD, TORQUE_STD, load_regressor
 
 Array = NDArray[np.float64]
-
-GRAVITY = 9.81
-"""m/s^2, where nobody says another; the same as in `WristSamples.down`."""
-
-LOAD_SPREAD = np.array([10.0, *[1.0] * 3, *[0.1] * 6])
-"""kg, kg m and kg m^2: how far a load may be from none in a linear start."""
-
-OFFSET_SPREAD = np.array([50.0] * 3 + [5.0] * 3)
-"""N and Nm, the same of the offsets."""
-
-LIGHTEST = 1e-3
-"""kg of a load at the start."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +49,7 @@ class WristWrenches(Sense):
     """Parts "load" that hang on the sensor together, in the sensor's frame."""
     sensor: str = field(default="", kw_only=True)
     """Part "sensor" with its offsets and gains; "" for a sensor without."""
-    gravity: float = field(default=GRAVITY, kw_only=True)
+    gravity: float = field(default=G, kw_only=True)
     """m/s^2"""
 
     measures = (("force", "N", 3), ("torque", "Nm", 3))
@@ -113,8 +102,7 @@ class WristWrenches(Sense):
 
     def predict(self, body: Body) -> Array:
         """What the sensor would read, (n, 6) N and Nm."""
-        gain, offset = self._sensor(body)
-        return np.asarray((1 + gain) * (self.regressor(body) @ self._phi(body)) + offset)
+        return self._parts.read(body, self.regressor(body) @ self._parts.phi(body))
 
     def regressor(self, body: Body) -> Array:
         """Y of `wrenches`: the wrench over the ten inertial parameters, (n, 6, 10)."""
@@ -124,21 +112,13 @@ class WristWrenches(Sense):
     def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
         """See `Sense.linearize`."""
         body = reference.with_variables(variables, x)
-        a_g, w, dw = self._felt(body)
-        Y, phi = load_regressor(a_g, w, dw), self._phi(body)
-        gain, offset = self._sensor(body)
-        wrench = Y @ phi
-        by_motion = (1 + gain)[:, None] * wrench_slope(phi, a_g, w, dw)
+        felt, parts = self._felt(body), self._parts
+        Y, phi = load_regressor(*felt), parts.phi(body)
+        wrench, by_motion = Y @ phi, wrench_slope(phi, *felt)
         by_joint, by_parameter = self._motion_slopes(reference, variables, x, body)
-        by_joint, by_parameter = by_motion @ by_joint, by_motion @ by_parameter
-        for name in self.loads:
-            columns, roots = variables.of_part(name)
-            slope = load_phi(body.part(name))[1][:, roots]
-            by_parameter[:, :, columns] += (1 + gain)[:, None] * (Y @ slope)
-        for column, number in zip(*variables.of_part(self.sensor), strict=True):
-            i = number % 6
-            by_parameter[:, i, column] += 1.0 if number < 6 else wrench[:, i]
-        residual = self.observed - (1 + gain) * wrench - offset
+        by_parameter = parts.slopes(body, variables, Y, wrench, by_motion @ by_parameter)
+        by_joint = (1 + parts.reading(body)[0])[:, None] * (by_motion @ by_joint)
+        residual = self.observed - parts.read(body, wrench)
         return self.late(Linearized(residual, -by_parameter, -by_joint), variables)
 
     def start(self, body: Body, unknown: Collection[str]) -> Body | None:
@@ -151,11 +131,12 @@ class WristWrenches(Sense):
             body: with the load and the sensor as parts.
             unknown: of the sensor's frame, a single load and the sensor part, those to be found.
         """
-        body = self._turned(body) if self.seen_from in unknown else body
-        wanted = [name for name in (*self.loads, self.sensor) if name in unknown]
-        if not wanted:
-            return body if self.seen_from in unknown else None
-        return self._linear(body, wanted)
+        names = {self.seen_from, *self.loads, self.sensor} & {*unknown}
+        if not names:
+            return None
+        body = self._turned(body) if self.seen_from in names else body
+        std = np.sqrt(np.diag(self.covariance))
+        return self._parts.start(body, names, self.regressor(body), self.observed, std)
 
     def _turned(self, body: Body) -> Body:
         """The body whose sensor sits as the forces say; its place stays."""
@@ -166,30 +147,6 @@ class WristWrenches(Sense):
         T = body.placement[body.frame_index(self.seen_from)].copy()
         T[:3, :3] = U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
         return body.with_placement(self.seen_from, T)
-
-    def _linear(self, body: Body, wanted: Sequence[str]) -> Body:
-        """The body with the first load and the offset by least squares."""
-        gain, offset = self._sensor(body)
-        Y = (1 + gain)[:, None] * self.regressor(body)
-        held = [name for name in self.loads if name not in wanted]
-        known = sum((Y @ load_phi(body.part(name))[0] for name in held), np.zeros(6))
-        fixed = self.sensor not in wanted
-        std = np.sqrt(np.diag(self.covariance))[:, None]
-        A = np.concatenate([Y, np.tile((not fixed) * np.eye(6), (len(self), 1, 1))], axis=2) / std
-        b = (self.observed - known - fixed * offset)[..., None] / std
-        H = np.einsum("nij,nik->jk", A, A)
-        H += np.diag(np.concatenate([LOAD_SPREAD, OFFSET_SPREAD]) ** -2.0)
-        found = np.linalg.solve(H, np.einsum("nij,nik->j", A, b))
-        if not fixed:
-            part = body.part(self.sensor)
-            values = np.concatenate([found[10:], part.values[6:]])
-            body = body.with_part(self.sensor, replace(part, values=values))
-        for name in (name for name in self.loads if name in wanted):
-            phi = found[:10] if found[0] > LIGHTEST else np.array([LIGHTEST, *[0.0] * 9])
-            share = phi / sum(other in wanted for other in self.loads)
-            eta = log_cholesky(nearest_physical(share))
-            body = body.with_part(name, replace(body.part(name), values=eta))
-        return body
 
     def _felt(self, body: Body) -> tuple[Array, Array, Array]:
         """a + G u, w and dw of the sensor, (n, 3) each."""
@@ -217,16 +174,9 @@ class WristWrenches(Sense):
         by_parameter[:, :3] += np.cross(D.by_parameter[:, 3:], up, axis=1)
         return by_joint, by_parameter
 
-    def _phi(self, body: Body) -> Array:
-        """(10,) of all loads together."""
-        return np.asarray(np.sum([load_phi(body.part(name))[0] for name in self.loads], axis=0))
-
-    def _sensor(self, body: Body) -> tuple[Array, Array]:
-        """Gains and offsets, (6,) each."""
-        if not self.sensor:
-            return np.zeros(6), np.zeros(6)
-        values = body.part(self.sensor).values
-        return values[6:], values[:6]
+    @property
+    def _parts(self) -> WrenchParts:
+        return WrenchParts(self.loads, self.sensor)
 
 
 def wrench_slope(phi: Array, a_g: Array, w: Array, dw: Array) -> Array:

@@ -16,7 +16,8 @@ from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.motion import Motion, frame_motion, motion_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, free_part, join
-from bodyschema.senses.wrist_wrenches import GRAVITY, WristWrenches
+from bodyschema.senses.gravity import G
+from bodyschema.senses.wrist_wrenches import WristWrenches
 
 Array = NDArray[np.float64]
 
@@ -72,7 +73,7 @@ def test_derivatives_agree_with_differences(moving: bool) -> None:
 def test_at_rest_the_sensor_holds_the_weight() -> None:
     body = Body.random_chain(2, np.random.default_rng(3)).with_part("load", parts.load(BOX))
     sense = WristWrenches.make(np.zeros((1, 2)), np.zeros((1, 6)), "base", "base")
-    weight = BOX.mass * GRAVITY * np.array([0.0, 0.0, 1.0])
+    weight = BOX.mass * G * np.array([0.0, 0.0, 1.0])
     wrench = [*weight, *np.cross(BOX.com, weight)]
     assert sense.predict(body)[0] == pytest.approx(wrench, abs=1e-12)
 
