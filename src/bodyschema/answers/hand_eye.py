@@ -9,7 +9,8 @@ the eye saw is a sense of poses: so the answer holds the belief of `solve_hand_e
 every other answer, and `check` and `plan` take it.
 
 Poses that do not agree are tried as they would be if they had been recorded otherwise (inverted,
-quaternions in the other order, mm for m); if one of these fits, the answer is refused and names it.
+quaternions in the other order, mm for m); if one of these fits, the answer is "not known" and names
+it.
 """
 
 from __future__ import annotations
@@ -31,12 +32,13 @@ from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import folds_of, held_out
 from bodyschema.estimation.identifiability import identifiability, random_postures
 from bodyschema.estimation.prediction import degrees_of_freedom, predict_error
-from bodyschema.estimation.solver import Solver
+from bodyschema.estimation.loss import Loss
 from bodyschema.judging.accuracy import Accuracy, in_words
 from bodyschema.judging.calibration import Calibration
 from bodyschema.learners.hand_eye.full_poses import FEWEST_PAIRS, HandEye, Mount, solve_hand_eye
 from bodyschema.learners.hand_eye.pose_pairs import REACH
 from bodyschema.learners.hand_eye.pose_streams import JoinedStreams, join_streams
+from bodyschema.model import parts
 from bodyschema.model.free_hand import free_hand, hand_readings
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
@@ -51,6 +53,9 @@ Rival = tuple[str, Whose, Callable[[Array], Array]]
 
 QUATERNIONS = {"xyz_xyzw": "xyz_wxyz", "xyz_wxyz": "xyz_xyzw"}
 """Layouts that are taken for each other."""
+
+SCALE, LAG = "eye_scale", "lag"
+"""Parts of the body that keep the scale of the eye's lengths, and how late its clock is."""
 
 FOLDS = 5
 
@@ -128,6 +133,8 @@ def learn_hand_eye(
         A, T, numbers = joined.T_base_hand, T[joined.rows], numbers[joined.rows]
     q = hand_readings(A)
     described = free_hand(named.base, named.hand, q)
+    if joined is not None:
+        described = described.with_part(LAG, parts.clock(joined.lag))
     pose = T.copy()
     pose[:, :3, 3] /= found.scale
     sense = Poses.make(q, pose, named.eye, named.target, rows=numbers)
@@ -159,7 +166,7 @@ def _calibration(
         **lag,
         "frames": _frames(found, names),
     }
-    verdict = "refused" if doubt else "found" if found.determined else "not known"
+    verdict = "found" if found.determined and not doubt else "not known"
     said = f"{found.verdict[0].upper()}{found.verdict[1:]}"
     residuals = residuals or (sense.residual(estimate.body),)
     told = f" The held-out error is {_sizes(after)}." if after.errors else ""
@@ -207,6 +214,8 @@ def hand_eye_estimate(found: HandEye, sense: Poses, described: Body, names: Name
     """
     moving, standing = _ends(found, names)
     body = described.attach(moving, names.hand, found.X).attach(standing, names.base, found.Y)
+    if found.scale != 1:
+        body = body.with_part(SCALE, parts.target(found.scale))
     free = (
         free_frame(body, moving, REACH, UNKNOWN_TURN),
         free_frame(body, standing, 10 * REACH, UNKNOWN_TURN),
@@ -264,7 +273,7 @@ def _held_out(
         return hand_eye_estimate(part, seen, described, names)
 
     cut = folds_of([sense], folds, seed)
-    tested = held_out(fit, [sense], cut, Solver())
+    tested = held_out(fit, [sense], cut, Loss())
     mean = Accuracy.of([sense], [_from_mean(sense)], [good])
     return mean, Accuracy.of([sense], tested.residuals, [good]), tested.residuals
 
@@ -324,7 +333,7 @@ def _doubt(
                 f"{said} only; {words} they agree to {1e3 * there:.3g} mm and "
                 f"{np.rad2deg(turned):.2g} deg."
             )
-    if _within(USELESS, found, A) or not found.determined:
+    if _within(USELESS, found, A):
         return None
     return (
         f"{said}: no place of hand and eye explains them; perhaps rows of the two lists do not "

@@ -34,6 +34,7 @@ def run(arguments: Sequence[str]) -> int:
     from bodyschema.cli.check import Check
     from bodyschema.cli.export import Export
     from bodyschema.cli.find_body import FindBody
+    from bodyschema.cli.hand_eye import HandEyeVerb
     from bodyschema.cli.payload import PayloadVerb
     from bodyschema.cli.plan import PlanPoses
     from bodyschema.cli.report import Report
@@ -51,6 +52,7 @@ def run(arguments: Sequence[str]) -> int:
         | Annotated[Report, tyro.conf.subcommand("view")]
         | Annotated[Export, tyro.conf.subcommand("export")]
         | Annotated[Track, tyro.conf.subcommand("track")]
+        | Annotated[HandEyeVerb, tyro.conf.subcommand("hand-eye")]
         | Annotated[FindBody, tyro.conf.subcommand("find-body")]
         | Annotated[PayloadVerb, tyro.conf.subcommand("payload")]
         | Annotated[TouchVerb, tyro.conf.subcommand("touch")]

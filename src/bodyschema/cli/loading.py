@@ -1,28 +1,30 @@
-"""From a run file to a body, its senses and what is known of the frames."""
+"""From a run file to a body, its senses, and what is known of its frames and parts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import cast
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bodyschema import lie
-from bodyschema.cli.run_file import JointColumns, RunFile, SenseEntry
-from bodyschema.errors import InputError, did_you_mean
+from bodyschema.cli.reading.joints import read_joints as read_joints
+from bodyschema.cli.reading.joints import refuse_missing
+from bodyschema.cli.reading.moments import Moments
+from bodyschema.cli.reading.part_kinds import freed, made
+from bodyschema.cli.reading.pose_lists import pose_sense
+from bodyschema.cli.reading.sense_entry import SenseEntry
+from bodyschema.cli.reading.sense_kinds import make_sense, parts_of
+from bodyschema.cli.run_file import RunFile
+from bodyschema.errors import InputError
 from bodyschema.estimation.problem import Knowledge, moved_joints
 from bodyschema.model.tree import Body
-from bodyschema.senses.layouts import poses_from_columns
-from bodyschema.senses.points import Points
-from bodyschema.senses.poses import Poses
-from bodyschema.senses.sense import Sense
-from bodyschema.sources.recording import UNITS, Recording
+from bodyschema.senses.outlines import Outlines
+from bodyschema.senses.sense import Sense, concatenate
 from bodyschema.sources.tables import open_recording
 
-Array = NDArray[np.float64]
+Source = tuple[tuple[str, ...], str | None]
+"""Files of a recording, and its column of times."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Loaded:
     """Everything that `calibrate` needs."""
 
     nominal: Body
-    """As described, without the frames of the run file."""
+    """As described, without the frames and parts of the run file."""
     body: Body
     """With them."""
     senses: tuple[Sense, ...]
@@ -38,45 +40,58 @@ class Loaded:
     """Frames that are not known exactly."""
     parts: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     """Parts that are not known exactly, and which of their numbers; None for all."""
+    first_rows: Mapping[str, int] = field(default_factory=dict)
+    """Number of the first row of each recording: rows are numbered through."""
 
 
 def load(run: RunFile) -> Loaded:
-    """Read the robot and the recording of a run.
+    """Read the robot and the recordings of a run.
 
     Raises:
         InputError: anything in them that cannot be used, in one sentence.
     """
-    if run.skeleton:
-        nominal = Body.from_arrangement(run.skeleton)
-    else:
-        nominal = read_robot(Path(run.robot), run.packages)
-    body = nominal
-    for name, entry in run.frames.items():
-        T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
-        body = body.attach(name, entry.parent, T)
+    nominal = described(run)
+    body, parts = with_parts(run, with_frames(run, nominal))
     frames = {
         name: cast(Knowledge, entry.known)
         for name, entry in run.frames.items()
         if entry.known != "exactly"
     }
-    return Loaded(nominal, body, read_senses(run, body), frames)
+    opened = _recordings(run, body)
+    senses = _senses(run, opened)
+    _refuse_unused(run, parts)
+    rows = {at.source: at.first for at in opened.values()}
+    return Loaded(nominal, body, senses, frames, parts, rows)
 
 
-def read_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
-    """Read the recording of a run for a body that has all its frames.
+def described(run: RunFile) -> Body:
+    """The robot of a run as its description has it.
 
     Raises:
-        InputError: anything in it that cannot be used, in one sentence.
+        InputError: it cannot be read.
     """
-    recording = open_recording(run.recording)
-    time = recording.time(run.time)
-    q = read_joints(body, recording, run.joints)
-    senses = tuple(_sense(entry, recording, time, q) for entry in run.senses)
-    for sense in senses:
-        body.frame_index(sense.seen_from)
-        body.frame_index(sense.seen)
-    _refuse_missing(body, recording, run.joints, senses)
-    return senses
+    if run.skeleton:
+        return Body.from_arrangement(run.skeleton)
+    return read_robot(Path(run.robot), run.packages)
+
+
+def with_frames(run: RunFile, body: Body) -> Body:
+    """The body with the frames of a run file."""
+    for name, entry in run.frames.items():
+        T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
+        body = body.attach(name, entry.parent, T)
+    return body
+
+
+def with_parts(run: RunFile, body: Body) -> tuple[Body, dict[str, tuple[str, ...] | None]]:
+    """The body with the parts of a run file, and what of them is free; see `Loaded.parts`."""
+    free: dict[str, tuple[str, ...] | None] = {}
+    for name, entry in run.parts.items():
+        part = made(entry, name, body)
+        body = body.with_part(name, part)
+        if entry.known != "exactly":
+            free[name] = freed(entry, name, part)
+    return body, free
 
 
 def read_robot(path: Path, packages: Mapping[str, str] | None = None) -> Body:
@@ -86,56 +101,80 @@ def read_robot(path: Path, packages: Mapping[str, str] | None = None) -> Body:
     return Body.from_urdf(path, packages)
 
 
-def _column_of(joint: str, joints: JointColumns) -> str:
-    return joints.columns.get(joint, joint)
+def read_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
+    """Read the recordings of a run for a body that has all its frames and parts.
+
+    Entries that differ in nothing but their recording are one sense.
+
+    Raises:
+        InputError: anything in them that cannot be used, in one sentence.
+    """
+    if run.hand_eye is not None:
+        return (pose_sense(run, body),)
+    return _senses(run, _recordings(run, body))
 
 
-def read_joints(body: Body, recording: Recording, joints: JointColumns) -> Array:
-    """(n_rows, n_joints) in rad and m; zero for joints that were not recorded."""
-    for joint in joints.columns:
-        body.joint_index(joint)
-    q = np.zeros((len(recording), len(body.joints)))
-    for j, joint in enumerate(body.joints):
-        column = _column_of(joint, joints)
-        if column in recording.columns or joint in joints.columns:
-            revolute = np.any(body.kind[body.driver == j] == 1)
-            unit = joints.unit if revolute else "m"
-            values, present = recording.matrix([column], unit)
-            if not present.all():
-                row = int(np.flatnonzero(~present)[0])
-                raise InputError(f"column '{column}' of {recording.source} is empty in row {row}.")
-            q[:, j] = values[:, 0]
-    return q
+def blank_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
+    """The senses of a run without a sample, for a recording that is gone."""
+    gone = Moments.none(body, run.joints, run.parts)
+    return _senses(run, {source_of(run, entry): gone for entry in run.senses})
 
 
-def _refuse_missing(
-    body: Body, recording: Recording, joints: JointColumns, senses: Sequence[Sense]
-) -> None:
-    """Joints between the frames must have been recorded."""
-    needed = moved_joints(body, senses)
-    missing = [j for j in needed if _column_of(j, joints) not in recording.columns]
-    if missing:
-        unused = [c for c in recording.columns if c not in body.joints]
-        raise InputError(
-            f"no column for joint {', '.join(missing[:6])} in {recording.source}"
-            f"{did_you_mean(missing[0], unused)} Name it under [joints] columns = "
-            f'{{ {missing[0]} = "..." }}.'
-        )
+def source_of(run: RunFile, entry: SenseEntry) -> Source:
+    """What a sense is read from: its own files or those of the run."""
+    return entry.recording or run.recording, run.time if entry.time is None else entry.time
 
 
-def _sense(entry: SenseEntry, recording: Recording, time: Array, q: Array) -> Sense:
-    if entry.unit not in UNITS:
-        raise InputError(f"unknown unit '{entry.unit}'{did_you_mean(entry.unit, UNITS)}")
-    values, present = recording.matrix(entry.columns, "1")
-    rows = np.flatnonzero(present)
-    scale = UNITS[entry.unit]
-    if entry.kind == "points":
-        if len(entry.columns) != 3:
-            raise InputError(f"a sense of points has 3 columns, {len(entry.columns)} were named.")
-        return Points.make(
-            q[rows], scale * values[rows], entry.seen_from, entry.seen, time=time[rows], rows=rows
-        )
-    pose = poses_from_columns(values[rows], entry.layout, scale)
-    if entry.inverse:
-        pose = lie.inverse(pose)
-    return Poses.make(q[rows], pose, entry.seen_from, entry.seen, time=time[rows], rows=rows)
+def _recordings(run: RunFile, body: Body) -> dict[Source, Moments]:
+    """Every recording of a run, rows numbered through."""
+    opened: dict[Source, Moments] = {}
+    first: dict[tuple[str, ...], int] = {}
+    for source in [(run.recording, run.time), *(source_of(run, entry) for entry in run.senses)]:
+        files, time = source
+        if source in opened or not files:
+            continue
+        at = Moments.of(body, run.joints, run.parts, open_recording(files), time)
+        first.setdefault(files, sum(map(len, opened.values())))
+        opened[source] = at.from_row(first[files])
+    return opened
+
+
+def _senses(run: RunFile, opened: Mapping[Source, Moments]) -> tuple[Sense, ...]:
+    """The senses of a run; those that differ in their recording alone as one."""
+    batches: list[tuple[SenseEntry, list[Sense]]] = []
+    for entry in run.senses:
+        at = opened[source_of(run, entry)]
+        for frame in filter(None, (entry.seen_from, entry.seen)):
+            at.body.frame_index(frame)
+        sense = _sense(run, entry, at)
+        alike = replace(entry, recording=(), time=None)
+        same = [parts for other, parts in batches if other == alike]
+        if same and not isinstance(sense, Outlines):
+            same[0].append(sense)
+        else:
+            batches.append((alike, [sense]))
+    return tuple(concatenate(parts) for _, parts in batches)
+
+
+def _sense(run: RunFile, entry: SenseEntry, at: Moments) -> Sense:
+    """One sense of one recording."""
+    try:
+        sense = make_sense(entry, at)
+    except InputError as error:
+        if not at.first:
+            raise
+        raise InputError(f"{error} (Rows of {at.source} count from {at.first}.)") from None
+    if at.recording is not None:
+        refuse_missing(at.body, at.recording, run.joints, moved_joints(at.body, [sense]))
+    return sense
+
+
+def _refuse_unused(run: RunFile, free: Mapping[str, object]) -> None:
+    """Numbers that no sense depends on cannot be learnt."""
+    used = {name for entry in run.senses for name, _ in parts_of(entry)}
+    for name in free:
+        if name not in used:
+            raise InputError(
+                f"no [[senses]] entry names the part '{name}', so nothing is seen of it; name it "
+                f'where it belongs, or set known = "exactly" in [parts.{name}].'
+            )

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from bodyschema.cli.loading import load, read_robot
-from bodyschema.cli.run_file import SenseEntry, run_from_record
+from bodyschema.cli.loading import blank_senses, read_robot, read_senses
+from bodyschema.cli.run_file import run_from_record
 from bodyschema.errors import BodyschemaError, InputError
 from bodyschema.model.tree import Body, Visual
-from bodyschema.senses.points import Points
-from bodyschema.senses.poses import Poses
 from bodyschema.senses.sense import Sense
 
 
@@ -51,19 +47,10 @@ def recall(document: Mapping[str, Any], body: Body, robot: Path | None = None) -
             visuals = read_robot(robot or Path(run.robot), run.packages).visuals
     except BodyschemaError as error:
         notes.append(f"The robot description was not read again: {error}")
+    seen = replace(body, visuals=visuals)
     try:
-        senses = load(run).senses
-        if any(sense.q.shape[1] != len(body.joints) for sense in senses):
-            raise InputError("its joints are not those of the stored body; calibrate again.")
+        senses = read_senses(run, seen)
     except BodyschemaError as error:
         notes.append(f"The recording was not read again, so its view bounds nothing: {error}")
-        senses = tuple(_blank(entry, len(body.joints)) for entry in run.senses)
+        senses = blank_senses(run, seen)
     return Recalled(senses, visuals, tuple(notes))
-
-
-def _blank(entry: SenseEntry, n_joints: int) -> Sense:
-    """A sense without samples."""
-    q = np.empty((0, n_joints))
-    if entry.kind == "points":
-        return Points.make(q, np.empty((0, 3)), entry.seen_from, entry.seen)
-    return Poses.make(q, np.empty((0, 4, 4)), entry.seen_from, entry.seen)

@@ -16,20 +16,30 @@
     rpy = [0.0, 0.0, 0.0]                   # optional: rad, fixed axes
     known = "no"                            # "exactly", "roughly" or "no"
 
-    [[senses]]
-    kind = "points"                         # or "poses"
+    [parts.eye]                             # what predictions need besides frames: see "Parts"
+    kind = "lens"                           # or load, sensor, clock, target, drive, constants
+    known = "roughly"                       # "exactly", "roughly" or "no"
+    fx = 615.0
+    size = [640, 480]
+
+    [[senses]]                              # as many as there are, of any kinds; see "Senses"
+    kind = "points"
     seen_from = "tracker"                   # the frame that the coordinates are in
     seen = "marker"                         # the frame whose place they are
     columns = ["x", "y", "z"]
     unit = "mm"
-    layout = "matrix3x4"                    # poses only; see LAYOUTS
-    inverse = false                         # poses only: columns hold T_seen_seen_from
+    recording = "tracker.csv"               # optional: its own, with the same joint columns
+    std = 0.5                               # optional: noise, in the units of the columns
+    stated = true                           # optional: the noise is known and is not learnt
+    clock = "late"                          # optional: a part "clock", whose lag is looked for
 
     [free]                                  # optional
     groups = ["offsets", "axes", "links"]   # chosen by held-out error when absent
     joints = ["elbow"]                      # those between the frames when absent
 
-Paths are relative to the run file. Keys that are not known are refused. With `skeleton` the
+Paths are relative to the run file. Keys that are not known are refused, and so are those that a
+kind does not use. Parts that are not known exactly are free in every model. Rows of several
+recordings are numbered through, in the order in which the run file names them. With `skeleton` the
 frames are those of the arrangement (see `model.arrangement`), and [[senses]] may be left out:
 marker `hand` is then read from the columns hand_x, hand_y and hand_z, in m.
 """
@@ -43,6 +53,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from bodyschema.cli.entry_types import check_types
+from bodyschema.cli.reading.checks import check_keys
+from bodyschema.cli.reading.part_entry import PartEntry
+from bodyschema.cli.reading.sense_entry import SenseEntry as SenseEntry
+from bodyschema.cli.tracking.picture_sections import PictureSections
+from bodyschema.cli.verb_sections import check_verb, take_sections
+from bodyschema.cli.wrist.wrist_sections import WristSections
 from bodyschema.errors import InputError, did_you_mean
 
 Table = TypeVar("Table")
@@ -51,6 +67,12 @@ KNOWLEDGE = ("exactly", "roughly", "no")
 
 LEARNERS = ("batch", "gauss-newton", "smoother", "online-gradient", "pool")
 """All samples at once; or one after the other in one pass, see `judging.one_pass`."""
+
+MOUNTS, JOINS = ("hand", "base"), ("rows", "time")
+"""What may carry an eye, and how poses of robot and eye are joined."""
+
+PICTURES = ("masks", "images")
+"""Keys of a sense that name pictures."""
 
 
 @dataclass(frozen=True)
@@ -72,24 +94,28 @@ class FrameEntry:
 
 
 @dataclass(frozen=True)
-class SenseEntry:
-    """Columns that one sense is read from."""
-
-    kind: str
-    seen_from: str
-    seen: str
-    columns: tuple[str, ...]
-    unit: str = "m"
-    layout: str = "matrix3x4"
-    inverse: bool = False
-
-
-@dataclass(frozen=True)
 class FreeEntry:
     """What may be wrong, where the user says."""
 
     groups: tuple[str, ...] | None = None
     joints: tuple[str, ...] | None = None
+    offset_deg: float | None = None
+    """How wrong offsets may be, one standard deviation, where pictures have no markers."""
+    offset_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class HandEyeEntry:
+    """What `hand-eye` reads besides two senses of poses: the robot's, then the eye's."""
+
+    eye_on: str = "hand"
+    """What carries the eye: "hand" or "base"."""
+    join: str = "rows"
+    """"rows" of one recording or of equally long ones are pairs; "time": streams, by a lag."""
+    free_scale: bool | None = None
+    """The eye's lengths have one unknown scale; decided by the data when absent."""
+    accepted_mm: float = 50.0
+    """Error of the eye's place above which it counts as not known."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +127,7 @@ class RunFile:
     joints: JointColumns
     frames: dict[str, FrameEntry]
     senses: tuple[SenseEntry, ...]
+    parts: dict[str, PartEntry] = field(default_factory=dict)
     free: FreeEntry = FreeEntry()
     time: str | None = None
     packages: dict[str, str] = field(default_factory=dict)
@@ -109,18 +136,41 @@ class RunFile:
     learner: str = "batch"
     skeleton: str = ""
     """Arrangement of a robot without a description; `robot` is empty then."""
+    hand_eye: HandEyeEntry | None = None
+    """What `hand-eye` reads: poses of a robot without a description."""
+    wrist: WristSections | None = None
+    """What `payload` and `touch` read."""
+    pictures: PictureSections | None = None
+    """What `track` reads."""
 
     @property
     def description(self) -> Path:
         """The file that describes the robot, or the arrangement."""
         return Path(self.skeleton or self.robot)
 
+    @property
+    def recordings(self) -> tuple[tuple[str, ...], ...]:
+        """Every recording that a sense is read from, once, in the order of the file."""
+        own = (entry.recording or self.recording for entry in self.senses)
+        first = (self.recording,) if self.recording else ()
+        return tuple(dict.fromkeys((*first, *own)))
 
-def read_run_file(path: Path) -> RunFile:
-    """Read a run file; its paths come back absolute.
+    @property
+    def inputs(self) -> list[str]:
+        """Files that were read besides the robot and its recording."""
+        from bodyschema.cli.reading.pictures import files_of
+
+        files = [name for entry in self.senses for name in entry.recording]
+        files += [name for part in (self.wrist, self.pictures) if part for name in part.files]
+        patterns = [getattr(entry, key) for entry in self.senses for key in PICTURES]
+        return files + [name for pattern in patterns if pattern for name in files_of(pattern)]
+
+
+def read_run_file(path: Path, verb: str = "calibrate") -> RunFile:
+    """Read a run file for a verb; its paths come back absolute.
 
     Raises:
-        InputError: missing, malformed, a key unknown or missing.
+        InputError: missing, malformed, a key unknown or missing, or of another verb.
     """
     if not path.is_file():
         raise InputError(f"no run file at '{path}'; give the path of a TOML file.")
@@ -128,7 +178,14 @@ def read_run_file(path: Path) -> RunFile:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"'{path}' is not valid TOML: {error}.") from None
-    return run_from_table(table, path.resolve().parent, f"'{path.name}'")
+    run = run_from_table(table, path.resolve().parent, f"'{path.name}'")
+    if run.hand_eye is not None and verb != "hand-eye":
+        raise InputError(
+            f"[hand_eye] of '{path.name}' is read by 'bodyschema hand-eye', not by {verb}; leave "
+            "it out, and name the robot."
+        )
+    check_verb(run, verb, f"'{path.name}'")
+    return run
 
 
 def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
@@ -137,36 +194,91 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
     Raises:
         InputError: a key is unknown or missing.
     """
-    recording = table.get("recording", [])
-    names = [recording] if isinstance(recording, str) else list(recording)
+    table = take_sections(table, here, where)
     entries = {
         **table,
-        "robot": str(here / table["robot"]) if table.get("robot") else "",
-        "skeleton": str(here / table["skeleton"]) if table.get("skeleton") else "",
-        "recording": tuple(str(here / name) for name in names),
+        "robot": _path(table.get("robot"), here),
+        "skeleton": _path(table.get("skeleton"), here),
+        "recording": _files(table.get("recording", []), here),
         "joints": entry_of(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
         "frames": {
             name: entry_of(FrameEntry, entry, f"[frames.{name}] of {where}")
             for name, entry in table.get("frames", {}).items()
         },
         "senses": tuple(
-            entry_of(SenseEntry, entry, f"[[senses]] {number} of {where}")
+            _sense(entry, here, f"[[senses]] {number} of {where}")
             for number, entry in enumerate(table.get("senses", []), start=1)
         ),
+        "parts": {
+            name: _part(entry, f"[parts.{name}] of {where}")
+            for name, entry in table.get("parts", {}).items()
+        },
+        "hand_eye": _hand_eye(table.get("hand_eye"), f"[hand_eye] of {where}"),
         "free": entry_of(FreeEntry, table.get("free", {}), f"[free] of {where}"),
         "packages": {k: str(here / v) for k, v in table.get("packages", {}).items()},
     }
+    refuse_unknown(RunFile, entries, where)
     described = bool(entries["robot"]) + bool(entries["skeleton"])
-    if not described or not names:
-        missing = "recording" if described else "robot"
+    owned = entries["senses"] and all(entry.recording for entry in entries["senses"])
+    needed = described or entries["wrist"] or entries["hand_eye"]
+    if not needed or not (entries["recording"] or owned):
+        missing = "recording" if needed else "robot"
         raise InputError(f'{where} names no {missing}; add: {missing} = "path".')
     if described > 1:
         raise InputError(f"{where} names a robot and a skeleton; keep the one that you have.")
-    if entries["skeleton"] and entries["frames"]:
-        raise InputError(
-            f"{where} has [frames] beside a skeleton; name markers and camera in the arrangement."
-        )
+    for section in ("frames", "parts"):
+        if entries["skeleton"] and entries[section]:
+            raise InputError(
+                f"{where} has [{section}] beside a skeleton; name markers and camera in the "
+                "arrangement."
+            )
     return entry_of(RunFile, entries, where)
+
+
+def _hand_eye(table: Any, where: str) -> HandEyeEntry | None:
+    return None if table is None else entry_of(HandEyeEntry, table, where)
+
+
+def _path(named: Any, here: Path) -> Any:
+    """The path of a file, "" for none; anything else as it is, to be refused by its type."""
+    return str(here / named) if isinstance(named, str) and named else named or ""
+
+
+def _files(named: Any, here: Path) -> tuple[str, ...]:
+    """Paths of one file or of several."""
+    return tuple(str(here / one) for one in ([named] if isinstance(named, str) else named))
+
+
+def _sense(table: Any, here: Path, where: str) -> SenseEntry:
+    from bodyschema.cli.reading.sense_kinds import COMMON, KINDS
+
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
+    used = {name: (*COMMON, *kind.keys) for name, kind in KINDS.items()}
+    if "kind" in table:
+        check_keys(table["kind"], table, used, "senses", where)
+    entry = dict(table)
+    if "recording" in entry:
+        entry["recording"] = _files(entry["recording"], here)
+    for key in PICTURES:
+        if entry.get(key):
+            entry[key] = str(here / entry[key])
+    needed = KINDS[table["kind"]].needed if "kind" in table else ()
+    for key in needed:
+        if key not in table:
+            raise InputError(f"{where} lacks the key '{key}', which {table['kind']} need.")
+    return entry_of(SenseEntry, entry, where)
+
+
+def _part(table: Any, where: str) -> PartEntry:
+    from bodyschema.cli.reading.part_kinds import COMMON, KINDS
+
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
+    used = {name: (*COMMON, *kind.keys) for name, kind in KINDS.items()}
+    if "kind" in table:
+        check_keys(table["kind"], table, used, "parts", where)
+    return entry_of(PartEntry, table, where)
 
 
 def run_from_record(record: Mapping[str, Any]) -> RunFile:
@@ -177,25 +289,53 @@ def run_from_record(record: Mapping[str, Any]) -> RunFile:
     """
     known = {field.name for field in fields(RunFile)}
     table = {key: value for key, value in record.items() if key in known}
+    table["senses"] = [_given(SenseEntry, entry) for entry in table.get("senses", [])]
+    table["parts"] = {k: _given(PartEntry, entry) for k, entry in table.get("parts", {}).items()}
     run = run_from_table(table, Path.cwd(), "run.json")
-    if not run.senses:
+    if not (run.senses or run.wrist or run.pictures):
         raise InputError("run.json does not say what was seen; calibrate from a run file.")
     return run
+
+
+def _given(kind: type[Any], entry: Any) -> Any:
+    """What a recorded entry says beyond the defaults, which belong to all kinds."""
+    usual = {
+        f.name: f.default if f.default is not MISSING else f.default_factory for f in fields(kind)
+    }
+    usual = {k: v() if v in (dict, list) else v for k, v in usual.items()}
+    if not isinstance(entry, Mapping):
+        return entry
+    return {k: v for k, v in entry.items() if k not in usual or frozen(v) != usual[k]}
+
+
+def frozen(value: Any) -> Any:
+    """A value of TOML with tuples for its lists."""
+    return tuple(frozen(one) for one in value) if isinstance(value, list) else value
+
+
+def refuse_unknown(kind: type[Any], table: Mapping[str, Any], where: str) -> None:
+    """Refuse keys that a record does not have.
+
+    Raises:
+        InputError: with those that are near.
+    """
+    known = [f.name for f in fields(kind)]
+    for key in table:
+        if key not in known:
+            raise InputError(f"unknown key '{key}' in {where}{did_you_mean(key, known)}")
 
 
 def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
     """A frozen record of a TOML table; lists become tuples."""
     if not isinstance(table, Mapping):
         raise InputError(f"{where} is {table!r}; it must be a section with keys.")
+    refuse_unknown(kind, table, where)
     known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
-    for key in table:
-        if key not in known:
-            raise InputError(f"unknown key '{key}' in {where}{did_you_mean(key, known)}")
     for name, entry in known.items():
         required = entry.default is MISSING and entry.default_factory is MISSING
         if required and name not in table:
             raise InputError(f"{where} lacks the key '{name}'.")
-    values = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
+    values = {key: frozen(value) for key, value in table.items()}
     check_types(kind, values, where)
     made = kind(**values)
     _check(made, where)
@@ -203,18 +343,19 @@ def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
 
 
 def _check(entry: object, where: str) -> None:
+    if isinstance(entry, FrameEntry | PartEntry) and entry.known not in KNOWLEDGE:
+        raise InputError(
+            f"known = '{entry.known}' in {where}{did_you_mean(entry.known, KNOWLEDGE)}"
+        )
     if isinstance(entry, FrameEntry):
-        if entry.known not in KNOWLEDGE:
-            raise InputError(
-                f"known = '{entry.known}' in {where}{did_you_mean(entry.known, KNOWLEDGE)}"
-            )
         for name in ("xyz", "rpy"):
             if len(getattr(entry, name)) != 3:
                 raise InputError(f"{name} in {where} must be three numbers.")
-    if isinstance(entry, SenseEntry) and entry.kind not in ("points", "poses"):
-        raise InputError(
-            f"kind = '{entry.kind}' in {where}{did_you_mean(entry.kind, ('points', 'poses'))}"
-        )
+    if isinstance(entry, HandEyeEntry):
+        words = (("eye_on", entry.eye_on, MOUNTS), ("join", entry.join, JOINS))
+        for key, word, known in words:
+            if word not in known:
+                raise InputError(f"{key} = '{word}' in {where}{did_you_mean(word, known)}")
     if isinstance(entry, RunFile):
         if entry.folds < 2:
             raise InputError(f"folds = {entry.folds} in {where}; at least 2 are needed.")

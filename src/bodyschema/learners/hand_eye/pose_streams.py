@@ -2,10 +2,15 @@
 
 A rigid body turns at one speed, whoever measures it: |omega| of the hand (in the base) and of the
 eye (against its target) are the same function of time but for the lag. The first guess maximises
-the correlation of both speeds. Then X, Y and the lag are refined in turn: with the residuals r(lag)
-of the pairs (`pose_pairs`), whitened by their noise S and weighted,
+the correlation of both speeds. Then X, Y and the lag are refined together: with the residuals
+r(X, Y, lag) of the pairs (`pose_pairs`), whitened by their noise S and weighted, and J their
+derivatives by central differences in all thirteen,
 
-    dr = (r(lag + h) - r(lag - h)) / 2h,     lag <- lag - sum w dr^T S^-1 r / sum w dr^T S^-1 dr
+    (sum w J^T S^-1 J) d = -sum w J^T S^-1 r
+
+X and Y are solved for anew at the moved lag, and the lag's part of the inverse is its variance:
+with X and Y held, a step of the lag would be too short and its error far too small, as a slow hand
+that is late looks like one that is elsewhere.
 
 Hand poses between two readings are interpolated along one screw-free arc (rotation vector and
 translation separately); pairs in gaps of the hand's stream are left out.
@@ -36,9 +41,10 @@ LARGEST_GAP = 0.2
 SOLVED_ON = 400
 """Pairs that each round solves; all of them would not say more."""
 
-ROUNDS = 6
-STEP = 5e-3
-"""s, h of the difference quotient."""
+ROUNDS = 10
+
+STEPS = np.array([*[1e-4] * 12, 5e-3])
+"""m, rad and s: halves of the difference quotients."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +92,7 @@ def join_streams(
     lag = base + _correlated_lag(t_hand, A, t_eye + base, T, largest_lag)
     rows = np.arange(len(t_eye))
     for _ in range(ROUNDS):
-        rows = _usable(t_hand, t_eye + lag)
+        rows = usable(t_hand, t_eye + lag)
         rows = rows[:: max(1, len(rows) // SOLVED_ON)]
         answer = solve_hand_eye(
             interpolate(t_hand, A, t_eye[rows] + lag), T[rows], eye_on, free_scale
@@ -132,11 +138,11 @@ def _speed(time: Array, T: Array, at: Array) -> Array:
     before = interpolate(time, T, at - WINDOW / 2)[:, :3, :3]
     after = interpolate(time, T, at + WINDOW / 2)[:, :3, :3]
     speed = np.linalg.norm(lie.log_so3(np.swapaxes(before, 1, 2) @ after), axis=1) / WINDOW
-    inside = np.isin(np.arange(len(at)), _usable(time, at))
+    inside = np.isin(np.arange(len(at)), usable(time, at))
     return np.where(inside, speed, 0.0)
 
 
-def _usable(time: Array, at: Array) -> NDArray[np.int64]:
+def usable(time: Array, at: Array) -> NDArray[np.int64]:
     """Moments that lie between two readings of one piece."""
     k = np.clip(np.searchsorted(time, at) - 1, 0, len(time) - 2)
     inside = (at >= time[0]) & (at <= time[-1]) & (time[k + 1] - time[k] <= LARGEST_GAP)
@@ -161,16 +167,31 @@ def _correlated_lag(t_hand: Array, A: Array, t_eye: Array, T: Array, largest: fl
 def _lag_step(
     answer: HandEye, eye_on: Mount, t_hand: Array, A: Array, at: Array, T: Array
 ) -> tuple[float, float]:
-    """Gauss-Newton step of the lag at fixed X and Y, and its standard deviation, s."""
+    """Gauss-Newton step of the lag together with X and Y, and its standard deviation, s."""
+    seen = lie.inverse(T) if eye_on == "hand" else T
+    L = np.linalg.cholesky(answer.noise)
 
-    def whitened(moment: Array) -> Array:
-        P = lie.inverse(answer.Y) @ interpolate(t_hand, A, moment) @ answer.X
-        seen = lie.inverse(T) if eye_on == "hand" else T
+    def whitened(step: Array) -> Array:
+        """Residual where X and Y moved by twists in their own frames, and the lag by s."""
+        X, Y = answer.X @ _moved(step[:6]), answer.Y @ _moved(step[6:12])
+        P = lie.inverse(Y) @ interpolate(t_hand, A, at + step[12]) @ X
         turn = lie.log_so3(seen[:, :3, :3] @ np.swapaxes(P[:, :3, :3], 1, 2))
         r = np.concatenate([seen[:, :3, 3] - answer.scale * P[:, :3, 3], turn], axis=1)
-        return np.asarray(np.linalg.solve(np.linalg.cholesky(answer.noise), r.T).T)
+        return np.asarray(np.linalg.solve(L, r.T).T)
 
-    slope = (whitened(at + STEP) - whitened(at - STEP)) / (2 * STEP)
-    w = answer.weights[:, None]
-    information = max(float(np.sum(w * slope**2)), 1e-12)
-    return -float(np.sum(w * slope * whitened(at))) / information, information**-0.5
+    slopes = []
+    for i, size in enumerate(STEPS):
+        step = size * (np.arange(13) == i)
+        slopes.append((whitened(step) - whitened(-step)) / (2 * size))
+    J, w = np.stack(slopes, axis=2), answer.weights
+    H = np.einsum("n,nij,nik->jk", w, J, J)
+    # In units of the steps, so that metres, radians and seconds weigh alike.
+    D = np.outer(STEPS, STEPS)
+    inverse = np.linalg.inv(H * D + 1e-12 * np.diag(np.diag(H * D)) + 1e-30 * np.eye(13)) * D
+    step = -inverse @ np.einsum("n,nij,ni->j", w, J, whitened(np.zeros(13)))
+    return float(step[12]), float(np.sqrt(inverse[12, 12]))
+
+
+def _moved(twist: Array) -> Array:
+    """The transform of a small twist, (4, 4)."""
+    return lie.transform(lie.exp_so3(twist[3:]), twist[:3])
