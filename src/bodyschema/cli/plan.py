@@ -16,6 +16,7 @@ from bodyschema.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from bodyschema.acting.next_poses import Plan
+    from bodyschema.answers.answer import Answer
     from bodyschema.cli.recall import Recalled
     from bodyschema.estimation.estimate import Estimate
     from bodyschema.model.tree import Body
@@ -39,7 +40,7 @@ class PlanPoses:
     """
 
     result: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RESULT")]
-    """Folder that `calibrate` wrote."""
+    """Folder that a verb wrote; of those without senses only what to do next is said."""
     poses: Annotated[int, tyro.conf.arg(aliases=["-n"])] = 10
     """How many poses."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("plan.csv")
@@ -77,12 +78,14 @@ class PlanPoses:
 
         from bodyschema.acting.candidates import find_candidates
         from bodyschema.acting.next_poses import plan_poses
+        from bodyschema.answers.answer import load
         from bodyschema.cli.plan_answer import plan_json, print_plan
         from bodyschema.cli.recall import recall
-        from bodyschema.answers.answer import load
 
-        self._check()
         stored = load(self.result)
+        if not stored.run.get("senses"):
+            return self._say(stored)
+        self._check()
         recalled = recall(stored.run, stored.body, self.robot)
         estimate, notes = self._belief(stored.estimate, recalled)
         body, senses = estimate.body, recalled.senses
@@ -105,6 +108,17 @@ class PlanPoses:
             print_plan(Console(), plan, body, order, [*notes, _CAUTION])
             shown = f"   picture: {picture}" if picture else ""
             print(f"\nPoses: {self.out}{shown}")
+        return 0
+
+    def _say(self, stored: Answer) -> int:
+        """What would tell more, where it is no list of postures."""
+        from bodyschema.answers.next_step import next_sentences
+
+        sentences = next_sentences(stored)
+        if self.json:
+            print(json.dumps({"verb": stored.verb, "sentences": list(sentences)}))
+        else:
+            print("\n".join(sentences))
         return 0
 
     def _check(self) -> None:
