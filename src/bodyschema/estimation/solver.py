@@ -38,8 +38,8 @@ from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
-ASSOCIATIONS = 20
-"""Most times that correspondences are chosen anew."""
+ASSOCIATIONS, PATIENT = 20, 10
+"""Most times that correspondences are chosen anew, and those in which they may still settle."""
 
 NOT_ARRIVED = 0.05
 """Chance that a learner as far off as its error bars say is told that it has not arrived."""
@@ -47,8 +47,8 @@ NOT_ARRIVED = 0.05
 ROUGHLY = 0.01
 """Tolerance of a descent whose end is only looked at before the next one."""
 
-NEARLY, CIRCLE = 0.01, 0.5
-"""Posterior standard deviations: correspondences that move the fit by less are the last ones; some
+NEARLY, CIRCLE = 0.01, 1.0
+"""Posterior standard deviations: correspondences that move the fit by less are the last ones. Some
 go round in a circle in the end, which within the second is as good as rest."""
 
 
@@ -155,8 +155,8 @@ class Solver:
 
         They are kept from then on: what samples are worth and which are outliers is theirs.
         """
-        run, moved = self._descend(run, tolerance), 0.0
-        for _ in range(ASSOCIATIONS):
+        run = self._descend(run, tolerance)
+        for turn in range(ASSOCIATIONS):
             x, old = run.state.place.x, run.objective
             body = old.reference.with_variables(old.variables, x)
             again = tuple(sense.associate(body) for sense in old.senses)
@@ -166,9 +166,9 @@ class Solver:
             run = self._descend(run.over(objective, run.state.theta), tolerance)
             C = covariance(objective, run.state.shares, run.state.theta)
             moved = float(np.max(np.abs(run.state.place.x - x) / np.sqrt(np.diag(C)), initial=0.0))
-            if moved <= NEARLY:
+            if moved <= (NEARLY if turn < PATIENT else CIRCLE):
                 return run
-        return replace(run, arrived=moved <= CIRCLE)
+        return replace(run, arrived=False)
 
     def _descend(self, run: _Run, tolerance: float) -> _Run:
         state = run.state

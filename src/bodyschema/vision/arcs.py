@@ -68,7 +68,6 @@ def _stretches(rim: Rim, length: float) -> Ints:
     turn = sector * 2 * np.pi / SECTORS
     along = -np.sin(turn) * rim.pixel[:, 0] + np.cos(turn) * rim.pixel[:, 1]
     slope = np.abs(rim.normal).min(axis=1) / np.abs(rim.normal).max(axis=1)
-    step = np.minimum(1 / np.maximum(slope, 1e-9), LONGEST)
-    longer = np.ceil(np.log2(np.maximum(step / length, 1.0))).astype(np.int64)
-    place = np.floor(along / (length * 2.0**longer)).astype(np.int64)
-    return np.column_stack([rim.piece, sector, longer, place])
+    long = slope * length < 1
+    place = np.floor(along / np.where(long, LONGEST, length)).astype(np.int64)
+    return np.column_stack([rim.piece, sector, long, place])
