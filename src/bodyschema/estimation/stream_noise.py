@@ -18,7 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ PIECE = 150
 @lru_cache(maxsize=64)
 def wild_beyond(rows: int) -> float:
     """Squared white residual of so many rows beyond which a sample is wild."""
-    return float(chi2.isf(RARE, rows))
+    return float(chdtri(rows, RARE))
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def measured(e: Sequence[Array], J: Sequence[Array]) -> StreamNoise:
         pieces = max(1, len(residual) // PIECE)
         for rows in np.array_split(np.arange(len(residual)), pieces):
             left, freedom = _left_over(residual[rows], slope[rows])
-            variance = float(np.median(left**2)) / float(chi2.median(1))
+            variance = float(np.median(left**2)) / float(chdtri(1, 0.5))
             good = np.sum(left**2, axis=1) <= wild_beyond(left.shape[1]) * variance
             both = good[1:] & good[:-1]
             shared = np.sum(left[1:] * left[:-1], axis=1)[both]
