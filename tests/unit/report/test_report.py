@@ -91,7 +91,7 @@ def test_identifiers_are_unique_and_links_lead_somewhere(reader: Reader) -> None
     files = {link for link in reader.links if not link.startswith(("#", "data:"))}
     assert files == {
         "robot.urdf", "kinematics.yaml", "transforms.yaml", "calibration.yaml",
-        "estimate.json", "run.json",
+        "answer.json", "run.json",
     }  # fmt: skip
 
 
