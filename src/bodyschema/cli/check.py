@@ -104,7 +104,7 @@ class Check:
 
     def _run(self, stored: Answer) -> RunFile:
         """The stored run on the new recording, or what a new run file says."""
-        from bodyschema.cli.run_file import read_run_file, run_from_record
+        from bodyschema.cli.run_file import on_recording, read_run_file, run_from_record
 
         if self.recording[0].suffix == ".toml":
             return read_run_file(self.recording[0], stored.verb)
@@ -112,4 +112,4 @@ class Check:
         run = run_from_record(stored.run)
         if run.wrist is not None:
             run = replace(run, wrist=replace(run.wrist, empty_recording=""))
-        return replace(run, recording=paths)
+        return on_recording(run, paths)

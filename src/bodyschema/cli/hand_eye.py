@@ -138,6 +138,9 @@ class HandEyeVerb:
             replace(robot, unit=self.robot_unit, inverse=self.robot_inverse),
             replace(eye, unit=self.seen_unit, inverse=self.seen_inverse),
         )
+        if robot.recording == eye.recording:
+            alone = tuple(replace(entry, recording=()) for entry in senses)
+            return RunFile("", robot.recording, JointColumns(), {}, alone)
         return RunFile("", (), JointColumns(), {}, senses)
 
 

@@ -48,7 +48,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -295,6 +295,21 @@ def run_from_record(record: Mapping[str, Any]) -> RunFile:
     if not (run.senses or run.wrist or run.pictures):
         raise InputError("run.json does not say what was seen; calibrate from a run file.")
     return run
+
+
+def on_recording(run: RunFile, files: tuple[str, ...]) -> RunFile:
+    """The same run on a new recording.
+
+    Raises:
+        InputError: senses have recordings or pictures of their own, which files do not replace.
+    """
+    own = [entry for entry in run.senses if entry.recording or entry.masks or entry.images]
+    if own:
+        raise InputError(
+            f"the {own[0].kind} seen from {own[0].seen_from} come from a recording of their own; "
+            "give a run file that names the new ones, --recording new.toml."
+        )
+    return replace(run, recording=files)
 
 
 def _given(kind: type[Any], entry: Any) -> Any:

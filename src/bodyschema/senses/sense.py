@@ -227,6 +227,13 @@ class Sense:
         """
         return self
 
+    def kept(self, body: Body) -> Self:
+        """The samples with the correspondences that a body shows, not to be chosen again.
+
+        So that the same samples can be predicted by several fits and compared.
+        """
+        return self
+
     def take(self, rows: Sequence[int] | NDArray[Any]) -> Self:
         """Some of the samples, by index or mask."""
         chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in self.arrays}

@@ -183,7 +183,8 @@ def _outlines(entry: SenseEntry, at: Moments) -> Sense:
     more = at.more(entry, rows, [1.0])
     std = float(more.pop("std", [OUTLINE_STD])[0])
     polarity = 0.0 if entry.darker is None else 1.0 if entry.darker else -1.0
-    more |= {"lens": entry.lens, "edge": entry.edge, "spacing": entry.spacing, "polarity": polarity}
+    more |= {"lens": entry.lens, "edge": entry.edge, "polarity": polarity}
+    more |= {"spacing": entry.spacing, "reach": entry.reach}
     if at.recording is None:
         count = len(at.body.joints)
         blank = {key: value for key, value in more.items() if key not in ("time", "rows", "rate")}
@@ -290,7 +291,7 @@ KINDS: dict[str, Kind] = {
     ),
     "outlines": Kind(
         "none, or the number in the picture's name",
-        ("lens", "masks", "images", "links", "faces", "spacing", "darker", "edge"),
+        ("lens", "masks", "images", "links", "faces", "spacing", "reach", "darker", "edge"),
         ("lens",),
         _outlines,
     ),
