@@ -10,13 +10,13 @@ import pytest
 from bodyschema import lie
 from bodyschema.errors import InputError
 from bodyschema.judging.wrist_declarations import (
-    MotionReading,
     better_declaration,
     load_learner,
     other_declarations,
 )
 from bodyschema.senses.wrist_columns import WristTable
 from bodyschema.senses.wrist_declaration import (
+    MotionReading,
     PoseColumns,
     SensorPlace,
     WrenchColumns,

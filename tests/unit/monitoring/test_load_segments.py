@@ -9,12 +9,12 @@ from bodyschema.errors import InputError
 from bodyschema.learners.payload.clock_lag import shifted
 from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.monitoring.load_segments import (
-    LoadSegments,
     declared_segments,
     found_segments,
     on_one_clock,
 )
 from bodyschema.senses.wrench_means import Averaging
+from bodyschema.senses.wrist_declaration import LoadSegments
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.simulation.loads import (
     Held,
