@@ -257,7 +257,7 @@ def held_out_score(problem: Problem, fit: Fitting, variables: bs.Variables) -> S
     """Held-out errors of one sense, with the mean time of a fit."""
     folds = folds_of(problem.senses, 5, 0)
     begin = time.perf_counter()
-    test = held_out(lambda s: fit(variables, s), problem.senses, folds, problem.learner)
+    test = held_out(lambda s: fit(variables, s), problem.senses, folds, problem.learner.loss)
     seconds = (time.perf_counter() - begin) / len(folds)
     return Score(1e3 * np.linalg.norm(test.residuals[0], axis=1), seconds)
 

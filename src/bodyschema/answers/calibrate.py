@@ -71,7 +71,8 @@ def calibrate(
     affordable = _affordable(problem, models_of(learner), folds)
     models = affordable if groups is None else ((), tuple(groups))
     fit = fitting(problem, learner)
-    found = judged(problem, fit, models, groups is None, folds, seed, progress)
+    again = problem.again if learner == "batch" else None
+    found = judged(problem, fit, models, groups is None, folds, seed, progress, again)
     nominal = body if described is None else described
     return Answer.of(found, senses, nominal, run, learner=learner)
 

@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema.answers.calibrate import MODELS, calibrate
-from bodyschema.judging.calibration import Calibration, describe_groups
 from bodyschema.estimation.held_out import folds_of
+from bodyschema.judging.calibration import Calibration, describe_groups
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import free_joints
 from bodyschema.senses.sense import Sense
@@ -191,7 +191,7 @@ def test_progress_is_told() -> None:
     said: list[str] = []
     calibrate(body, [seen], UNKNOWN, groups=["offsets"], progress=said.append)
     assert said[0] == "5-fold test of frames only"
-    assert said[-1] == "fit to all samples"
+    assert said[-1] == "residual fields"
     assert "5-fold test of joint offsets" in said
 
 
