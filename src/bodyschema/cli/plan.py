@@ -147,7 +147,8 @@ class PlanPoses:
         """The frames between which the tool error counts."""
         for frame in filter(None, (self.tool, self.seen_from)):
             body.frame_index(frame)
-        pairs = [(self.seen_from or s.seen_from, self.tool or s.seen) for s in senses]
+        ends = [pair for sense in senses for pair in sense.pairs]
+        pairs = [(self.seen_from or looks, self.tool or seen) for looks, seen in ends]
         return list(dict.fromkeys(pairs))
 
     def _collisions(
