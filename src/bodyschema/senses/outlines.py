@@ -106,9 +106,6 @@ class Outlines(Sense):
     polarity: float = field(default=0.0, kw_only=True)
     """In images: +1 where the body is darker than what is behind it, -1 brighter, 0 unknown."""
 
-    still: bool = field(default=False, kw_only=True)
-    """Whether points and places are kept, whatever the body."""
-
     measures = (("outline", "px", 1),)
 
     def __post_init__(self) -> None:
@@ -256,6 +253,10 @@ class Outlines(Sense):
             return self
         reach = max(LEAST_REACH, NEARER * self.reach)
         return replace(self, looks=self.looks + (reach == LEAST_REACH))._looked(body, reach)
+
+    def kept(self, body: Body) -> Self:
+        """The samples as a body shows them nearby; `associate` leaves them."""
+        return replace(self._looked(body, LEAST_REACH), looks=LOOKS)
 
     def matched(self, body: Body) -> float:
         """Share of the imagined outline that the pictures show within `MATCHED`; 0 for none."""
