@@ -1,6 +1,6 @@
 """One estimate from senses that each tell something else.
 
-    python benchmarks/together.py [--json] [--seeds N]
+    python benchmarks/together.py [--json] [--seeds N] [--cli]
 
 arm4    A four-joint arm that MuJoCo moves, draws and weighs (`seen_and_felt`): 12 points of 3 mm
         from a tracker, 4 masks of 640 x 480 from a camera, 20 wrenches at rest. Unknown are the
@@ -12,6 +12,9 @@ arm7    A seven-joint arm: corners of a board on its hand in a fixed camera (pos
         size of the board unknown), touches of its finger on its own base (place of the finger
         roughly known), and an accelerometer in the hand (offsets unknown). "open" names the joints'
         directions that each sense leaves open, alone and together.
+
+With --cli the arm4 of the first seed goes through `bodyschema calibrate RUN.toml --json` alone: one
+run file with three recordings and the masks as pictures (`together_run`).
 
 Times are of the processor.
 """
@@ -42,6 +45,7 @@ from bodyschema.senses.points import Points
 from bodyschema.senses.sense import Sense
 from bodyschema.senses.wrist_wrenches import WristWrenches
 from seen_and_felt import EYE, JOINTS, MARKER, TRACKER, RealArm, camera, nominal
+from together_run import calibrated, write_run
 
 Array = NDArray[np.float64]
 Senses = dict[str, Sense]
@@ -174,13 +178,41 @@ def measure(seeds: int) -> dict[str, Any]:
     }
 
 
+def through_cli() -> dict[str, Any]:
+    """Stated standard deviations and errors of the first arm, from one run file."""
+    begin = time.process_time()
+    real, rng = drawn(0)
+    with tempfile.TemporaryDirectory() as there:
+        body, _ = believed(Path(there))
+        few, views, held = (rng.uniform(body.lower, body.upper, (n, 4)) for n in (12, 4, 20))
+        places = real.markers(few) + POINT_STD * rng.normal(size=(12, 3))
+        noise = np.repeat([FORCE_STD, TORQUE_STD], 3) * rng.normal(size=(20, 6))
+        felt = WristWrenches.make(held, real.wrenches(held) + noise, "sensor", "base")
+        seen = Points.make(few, places, "tracker", "marker")
+        masks = real.masks(views, camera())
+        path = write_run(Path(there), seen, felt, views, masks, camera())
+        answer = calibrated(path)
+    told = {entry["name"]: entry for entry in answer["parameters"]}
+    rows = [told[f"{joint}.offset"] for joint in JUDGED]
+    off = np.array([row["value"] for row in rows]) - real.offsets[1:]
+    return {
+        "verdict": answer["verdict"],
+        "explanation": answer["explanation"],
+        "std_deg": named(np.rad2deg([row["std"] for row in rows]), JUDGED),
+        "error_deg": named(np.rad2deg(off), JUDGED),
+        "held_out": answer["held_out"],
+        "seconds": time.process_time() - begin,
+    }
+
+
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description="One estimate from all senses.")
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
     parser.add_argument("--seeds", type=int, default=20, help="arms that are drawn")
+    parser.add_argument("--cli", action="store_true", help="one arm through the command line")
     options = parser.parse_args()
-    figures = measure(options.seeds)
+    figures = through_cli() if options.cli else measure(options.seeds)
     print(json.dumps(figures) if options.json else json.dumps(figures, indent=2))
 
 
