@@ -234,6 +234,17 @@ class Sense:
         """
         return self
 
+    def sections(self, evidence: Any) -> Sequence[Any]:
+        """Sections of its own for the report; none where a kind has nothing to add.
+
+        Args:
+            evidence: what all sections are drawn from, see `report.evidence`.
+
+        Returns:
+            Anything with a `title` and `render()`, its HTML; see `report.section`.
+        """
+        return ()
+
     def take(self, rows: Sequence[int] | NDArray[Any]) -> Self:
         """Some of the samples, by index or mask."""
         chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in self.arrays}
