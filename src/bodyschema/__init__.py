@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bodyschema.acting.servoing import Servoing
     from bodyschema.answers.answer import Answer, load
     from bodyschema.answers.calibrate import calibrate
+    from bodyschema.answers.hand_eye import learn_hand_eye
     from bodyschema.answers.payload import learn_payload
     from bodyschema.answers.skeleton import learn_skeleton
     from bodyschema.answers.touch import find_touches
@@ -89,6 +90,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "learn_payload": "answers.payload",
+    "learn_hand_eye": "answers.hand_eye",
     "find_touches": "answers.touch",
     "WristTable": "senses.wrist_columns",
     "WristDeclaration": "senses.wrist_declaration",
@@ -242,6 +244,7 @@ __all__ = [
     "free_skeleton",
     "join",
     "join_streams",
+    "learn_hand_eye",
     "learn_payload",
     "learn_skeleton",
     "load",

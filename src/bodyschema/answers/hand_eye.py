@@ -1,6 +1,6 @@
 """Hand and eye: where a camera or a tracker sits, from poses alone, without a robot description.
 
-    answer = learn_hand_eye(T_base_hand, T_eye_target, eye_on="base")
+    answer = bs.learn_hand_eye(T_base_hand, T_eye_target, eye_on="base")
     print(answer.summary())
     answer.save("hand_eye")
 

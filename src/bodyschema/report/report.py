@@ -37,6 +37,7 @@ HEADINGS = {
     "touch": "What touches the wrist's load",
     "track": "{} tracked without markers",
     "find-body": "What of the picture is me",
+    "hand-eye": "Hand and eye",
 }
 """Of answers that are no calibration, by verb; with the robot's name."""
 
