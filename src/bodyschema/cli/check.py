@@ -62,7 +62,7 @@ class Check:
             return self._load(stored), None
         if stored.verb == "track":
             return self._pictures(stored), None
-        if not stored.run.get("senses"):
+        if stored.verb == "find-body":
             raise InputError(
                 f"'{self.result}' is an answer of {stored.verb}, which holds no belief that new "
                 f"data could contradict; run {stored.verb} on them and compare."

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Group = Literal["offsets", "gears", "axes", "links"]
 
+IN_WORDS = ("payload", "touch", "track", "find-body")
+"""Verbs whose next step is no list of postures."""
+
 FULL: tuple[Group, ...] = ("offsets", "axes", "links")
 """What may be wrong with the joints where a result corrected none."""
 
@@ -83,7 +86,7 @@ class PlanPoses:
         from bodyschema.cli.recall import recall
 
         stored = load(self.result)
-        if not stored.run.get("senses"):
+        if stored.verb in IN_WORDS:
             return self._say(stored)
         self._check()
         recalled = recall(stored.run, stored.body, self.robot)
