@@ -33,7 +33,7 @@ from bodyschema.estimation.identifiability import (
 )
 from bodyschema.estimation.prediction import PredictedError, degrees_of_freedom, predict_error
 from bodyschema.estimation.problem import Problem
-from bodyschema.judging.accuracy import Accuracy, change_in_words, main_in_words
+from bodyschema.judging.accuracy import Accuracy, change_in_words, in_words, main_in_words
 from bodyschema.judging.calibration import (
     Calibration,
     Candidate,
@@ -41,6 +41,7 @@ from bodyschema.judging.calibration import (
     describe_groups,
 )
 from bodyschema.judging.one_pass import Fitting
+from bodyschema.judging.telling import Telling, untold
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
@@ -111,6 +112,9 @@ def judged(
     anywhere = random_postures(body, ANYWHERE, np.random.default_rng(seed))
     sure = scored[models[0]].behind(scored[chosen]) >= CONVINCING
     verdict, explanation = _verdict(chosen, sure, nominal, candidates[0].accuracy, corrected)
+    unknown = untold(fit, fullest, senses, anywhere) if verdict == "calibrated" else None
+    if unknown is not None:
+        verdict, explanation = "refused", f"{explanation} {_untold(unknown)}"
     return Calibration(
         verdict=verdict,
         explanation=explanation,
@@ -192,6 +196,15 @@ def _candidates(
             accuracy=Accuracy.of(senses, test.residuals, good),
         )
         for model, test in tests.items()
+    )
+
+
+def _untold(unknown: Telling) -> str:
+    """What the senses leave open although the fit suits them better, in words."""
+    return (
+        f"But what was seen does not tell where '{unknown.seen}' is: the correction moves it by "
+        f"{in_words(unknown.moved, 'm')} rms seen from '{unknown.seen_from}', and is known to "
+        f"{in_words(unknown.stated, 'm')} there. Add a sense that sees it, or wider postures."
     )
 
 

@@ -7,7 +7,7 @@ itself says that it may be off, both at random postures and both up to a rigid m
 that looks, which nobody may care about:
 
     moved   rms |p' - (R p + t)|   p, p' places as modelled and as corrected, (R, t) their best fit
-    stated  rms of J C J^T         J with the rigid motions projected out, C the covariance
+    stated  rms of J C J^T         J without the rigid motions, C the covariance, largest model
 
 A correction that is not TELLING times as large as what is stated to be left tells nothing.
 """
@@ -49,17 +49,19 @@ class Telling:
         return self.moved > TELLING * self.stated
 
 
-def untold(fit: Estimate, senses: Sequence[Sense], q: Array) -> Telling | None:
+def untold(fit: Estimate, fullest: Estimate, senses: Sequence[Sense], q: Array) -> Telling | None:
     """What the senses do not tell, though the fit may suit them better; None if they do.
 
     Args:
         fit: of a body to the senses; at x = 0 the robot is as modelled.
+        fullest: of the largest model that was tried: what a smaller one holds for exact, only
+            because it helped no sense, may be wrong all the same.
         senses: what was seen. Where one of them sees positions, its held-out error speaks.
         q: (n, n_joints) postures in which the robot is to be right.
     """
     if any(unit == "m" and count == 3 for s in senses for _, unit, count in s.measures):
         return None
-    found = [_telling(fit, a, b, q) for a, b in _robot_pairs(fit, senses)]
+    found = [_telling(fit, fullest, a, b, q) for a, b in _robot_pairs(fit, senses)]
     if not found or any(telling.tells for telling in found):
         return None
     return max(found, key=lambda telling: telling.stated)
@@ -79,16 +81,17 @@ def _carrier(fit: Estimate, frame: str) -> str:
     return frame
 
 
-def _telling(fit: Estimate, a: str, b: str, q: Array) -> Telling:
+def _telling(fit: Estimate, fullest: Estimate, a: str, b: str, q: Array) -> Telling:
     before, after = (relative_pose(body, q, a, b)[:, :3, 3] for body in (fit.reference, fit.body))
     T = align_points(after, before, np.ones(len(q)))
     moved = after @ T[:3, :3].T + T[:3, 3] - before
-    J = relative_pose_derivatives(fit.reference, fit.variables, fit.x, q, a, b).by_parameter[:, :3]
+    D = relative_pose_derivatives(fullest.reference, fullest.variables, fullest.x, q, a, b)
+    J = D.by_parameter[:, :3]
     rigid = np.concatenate([np.tile(np.eye(3), (len(q), 1, 1)), lie.skew(after)], axis=2)
     basis = np.linalg.qr(rigid.reshape(-1, 6))[0]
     flat = J.reshape(-1, J.shape[2])
     flat = flat - basis @ (basis.T @ flat)
-    variance = np.einsum("ij,jk,ik->", flat, fit.covariance, flat) / len(q)
+    variance = np.einsum("ij,jk,ik->", flat, fullest.covariance, flat) / len(q)
     return Telling(
         a, b, float(np.sqrt(np.mean(np.sum(moved**2, axis=1)))), float(np.sqrt(max(variance, 0.0)))
     )
