@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
+from itertools import accumulate, pairwise
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -135,9 +136,9 @@ class Sense:
     @property
     def components(self) -> tuple[tuple[str, str, slice], ...]:
         """(name, unit, rows of the residual) of each part that has a noise level of its own."""
-        ends = np.cumsum([0, *(count for _, _, count in self.measures)])
-        spans = zip(self.measures, ends[:-1], ends[1:], strict=True)
-        return tuple((name, unit, slice(int(a), int(b))) for (name, unit, _), a, b in spans)
+        ends = accumulate((count for _, _, count in self.measures), initial=0)
+        spans = zip(self.measures, pairwise(ends), strict=True)
+        return tuple((name, unit, slice(a, b)) for (name, unit, _), (a, b) in spans)
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
