@@ -91,7 +91,8 @@ class HandEyeVerb:
 
     def resolved(self) -> RunFile:
         """The run file, with the flags laid over it."""
-        from bodyschema.cli.run_file import HandEyeEntry, read_run_file
+        from bodyschema.cli.reading.run_entries import HandEyeEntry
+        from bodyschema.cli.run_file import read_run_file
 
         if self.run_file is None:
             run = self._from_flags()
@@ -122,7 +123,8 @@ class HandEyeVerb:
         }
 
     def _from_flags(self) -> RunFile:
-        from bodyschema.cli.run_file import JointColumns, RunFile
+        from bodyschema.cli.reading.run_entries import JointColumns
+        from bodyschema.cli.run_file import RunFile
 
         if self.robot_poses is None:
             raise InputError(

@@ -157,7 +157,7 @@ def read_sections(table: Mapping[str, Any], here: Path, where: str) -> PictureSe
     Raises:
         InputError: a key is unknown or missing.
     """
-    from bodyschema.cli.run_file import entry_of
+    from bodyschema.cli.entry_types import entry_of
 
     given = table.get("cameras")
     if not isinstance(given, Mapping) or not given:

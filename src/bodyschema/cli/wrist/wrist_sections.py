@@ -156,7 +156,7 @@ def read_sections(table: Mapping[str, Any], here: Path, where: str) -> WristSect
     Raises:
         InputError: a key is unknown or missing, or there is no wrench.
     """
-    from bodyschema.cli.run_file import entry_of
+    from bodyschema.cli.entry_types import entry_of
 
     entries = dict(table)
     for name, kind in SECTIONS.items():
