@@ -252,7 +252,11 @@ class Body:
         if variables.has_parts:
             free = ((name, variables.of_part(name)) for name in parts)
             parts = {name: parts[name].moved(at, v[columns]) for name, (columns, at) in free}
-        body = replace(self, gear=gear, offset=offset, axis=axis, placement=placement, parts=parts)
+        changed = {"gear": gear, "offset": offset, "axis": axis, "placement": placement}
+        # `dataclasses.replace` looks at all twenty fields, in every step of a filter.
+        body = object.__new__(Body)
+        vars(body).update(vars(self), **changed, parts=parts)
+        vars(body).pop("tangents", None)
         return body, direction
 
     @cached_property
