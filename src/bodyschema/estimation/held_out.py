@@ -35,6 +35,8 @@ class HeldOut:
     """(n_rows,) negative log predictive density of each row, all senses together."""
     moments: Ints
     """(n_rows,) number of the posture or moment that a row belongs to."""
+    seen_by: Ints
+    """(n_rows,) which senses a row was seen by: equal numbers, the same senses."""
     folds: tuple[Ints, ...]
     """Row numbers of each fold."""
     fits: tuple[Estimate, ...]
@@ -42,18 +44,26 @@ class HeldOut:
 
     def scored_by(self, good: NDArray[np.bool_]) -> HeldOut:
         """The same with the scores of some rows only, (n_rows,)."""
-        return replace(self, scores=self.scores[good], moments=self.moments[good])
+        kept = {name: getattr(self, name)[good] for name in ("scores", "moments", "seen_by")}
+        return replace(self, **kept)
 
     def behind(self, other: HeldOut) -> float:
         """Mean excess score over another test of the same rows, in standard errors.
 
-        Rows of one posture err together, so their excess is summed before it is squared. The fits
+        Rows of one posture err together, so their excess is summed before it is squared. A picture
+        tells more than a point, which is no noise: rows vary round the mean of those that the same
+        senses saw (a stratified mean). The fits
         of k folds share most of their samples; the variance of their mean is larger by
         1 + k/(k - 1) than if each had seen its own (Nadeau and Bengio 2003).
         """
         excess = self.scores - other.scores
         mean, k = float(np.mean(excess)), len(self.folds)
-        together = np.sum(np.bincount(self.moments, excess - mean) ** 2)
+        _, stratum, size = np.unique(self.seen_by, return_inverse=True, return_counts=True)
+        round_mean = excess - (np.bincount(stratum, excess) / size)[stratum]
+        # One row alone shows no spread: it counts in full against the mean of all.
+        round_mean = np.where(size[stratum] > 1, round_mean, excess - mean)
+        round_mean *= np.sqrt(size / np.maximum(size - 1, 1))[stratum]
+        together = np.sum(np.bincount(self.moments, round_mean) ** 2)
         error = float(np.sqrt((1 + k / max(k - 1, 1)) * together)) / len(excess)
         return mean / error if error > 0 else 0.0
 
@@ -118,6 +128,7 @@ def held_out(
     rows, moment = moments_of(senses, SAME_POSTURE, body)
     residuals = [np.zeros((len(sense), len(sense.covariance))) for sense in senses]
     scores, fits = np.zeros(len(rows)), []
+    seen_by = sum(np.isin(rows, sense.rows) << i for i, sense in enumerate(senses))
     for fold in folds:
         out = [np.isin(sense.rows, fold) for sense in senses]
         found = fit([sense.take(~mask) for sense, mask in zip(senses, out, strict=True)])
@@ -129,7 +140,7 @@ def held_out(
             residuals[i][mask] = residual = test.residual(found.body)
             surprise = _surprise(residual, test, found.levels[i], loss.freedom)
             np.add.at(scores, np.searchsorted(rows, test.rows), surprise)
-    return HeldOut(tuple(residuals), scores, moment, tuple(folds), tuple(fits))
+    return HeldOut(tuple(residuals), scores, moment, np.asarray(seen_by), tuple(folds), tuple(fits))
 
 
 def with_field(test: HeldOut, senses: Senses, loss: Loss) -> tuple[Array, ...]:
