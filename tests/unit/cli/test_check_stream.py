@@ -55,7 +55,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (here / "robot.urdf").write_bytes(write_urdf(ARM))
     (here / "run.toml").write_text(RUN)
     record(here / "data.csv", rng.uniform(-1.5, 1.5, (40, 4)), np.zeros((40, 4)), False, rng)
-    assert run(["calibrate", str(here / "run.toml"), "--out", str(here / "result"), "--json"]) == 0
+    # The robot is right as it is: that its zeros were estimated all the same is what is asked for.
+    asked = ["calibrate", str(here / "run.toml"), "--out", str(here / "result"), "--json"]
+    assert run([*asked, "--force"]) == 0
     t = np.arange(600)[:, None] / 30
     q = 1.3 * np.sin(2 * np.pi * t * [0.23, 0.31, 0.41, 0.53] + [0, 1, 2, 3])
     slip = (np.arange(600) >= 300)[:, None] * np.deg2rad([0.0, 0.0, 1.0, 0.0])
