@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from bodyschema.answers.skeleton import learn_skeleton
     from bodyschema.attention.body_in_view import BodyInView
     from bodyschema.attention.finder import BodyFinder
+    from bodyschema.attention.frames import Frame
     from bodyschema.attention.onsets import OnsetCoincidence
     from bodyschema.errors import BodyschemaError, InputError, MissingExtraError
+    from bodyschema.estimation.certificate import Tolerance
     from bodyschema.estimation.determinable import determinable
     from bodyschema.estimation.estimate import Estimate
     from bodyschema.estimation.solver import Solver
@@ -65,10 +67,9 @@ if TYPE_CHECKING:
         join,
     )
     from bodyschema.monitoring.change import detect_change
-    from bodyschema.monitoring.held_load import LoadWatch
     from bodyschema.monitoring.innovations import Candidate
     from bodyschema.monitoring.link_change import LinkMonitor
-    from bodyschema.monitoring.machine import Machine
+    from bodyschema.monitoring.monitor import Monitor
     from bodyschema.monitoring.stream_check import check_stream
     from bodyschema.senses.images import Images
     from bodyschema.senses.points import Points
@@ -89,7 +90,6 @@ _HOMES = {
     "TouchSearch": "learners.touch.search",
     "fit_payload": "learners.payload.recorded",
     "PaperPayload": "learners.published.paper_payload",
-    "LoadWatch": "monitoring.held_load",
     "LoadLearner": "learners.payload.learner",
     "WrenchStream": "senses.wrench_stream",
     "WristSamples": "senses.wrist_samples",
@@ -97,7 +97,8 @@ _HOMES = {
     "Inertia": "model.inertia",
     "CornerTracker": "vision.corners",
     "PaperRelation": "learners.published.linear_relation",
-    "Machine": "monitoring.machine",
+    "Monitor": "monitoring.monitor",
+    "Tolerance": "estimation.certificate",
     "WatchedBody": "learners.watched_body",
     "WatchedImages": "learners.watched_images",
     "check_stream": "monitoring.stream_check",
@@ -105,6 +106,7 @@ _HOMES = {
     "Stereo": "learners.hand_eye.stereo_points",
     "HandEyePoints": "learners.hand_eye.points",
     "BodyFinder": "attention.finder",
+    "Frame": "attention.frames",
     "BodyInView": "attention.body_in_view",
     "OnsetCoincidence": "attention.onsets",
     "Camera": "model.camera",
@@ -174,6 +176,7 @@ __all__ = [
     "Doubts",
     "Estimate",
     "Filter",
+    "Frame",
     "HandEye",
     "HandEyePoints",
     "Images",
@@ -184,10 +187,9 @@ __all__ = [
     "KnownLoad",
     "LinkMonitor",
     "LoadLearner",
-    "LoadWatch",
-    "Machine",
     "Markerless",
     "MissingExtraError",
+    "Monitor",
     "OnlineGradient",
     "OnsetCoincidence",
     "PaperPayload",
@@ -208,6 +210,7 @@ __all__ = [
     "Stereo",
     "StereoPoints",
     "Surface",
+    "Tolerance",
     "TouchFinder",
     "TouchSearch",
     "Touches",

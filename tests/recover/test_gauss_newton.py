@@ -190,12 +190,12 @@ def test_one_outlier_barely_moves_the_state(
     learner = Filter()
     state = learned(learner, learner.start(nominal, variables), [seen.take(range(60))])
     outlier, _ = spoiled(seen.take([60]), 1.0, size, rng)
-    after, info = learner.step(state, outlier)
+    after, (info,) = learner.step(state, (outlier,))
     assert info.weight < 0.01
     assert info.surprise > 100
     assert (np.abs(after.x - state.x) < 0.1 * state.estimate.std).all()
     assert after.levels[seen.label][0] == pytest.approx(state.levels[seen.label][0], rel=0.1)
-    trusting, _ = replace(learner, freedom=np.inf).step(state, outlier)
+    trusting, _ = replace(learner, freedom=np.inf).step(state, (outlier,))
     moved = np.linalg.norm(after.x - state.x) / np.linalg.norm(trusting.x - state.x)
     assert moved < 0.02
 

@@ -31,8 +31,8 @@ from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import folds_of, held_out
 from bodyschema.estimation.identifiability import identifiability, random_postures
-from bodyschema.estimation.prediction import degrees_of_freedom, predict_error
 from bodyschema.estimation.loss import Loss
+from bodyschema.estimation.prediction import degrees_of_freedom, predict_error
 from bodyschema.judging.accuracy import Accuracy, in_words
 from bodyschema.judging.calibration import Calibration
 from bodyschema.learners.hand_eye.full_poses import FEWEST_PAIRS, HandEye, Mount, solve_hand_eye

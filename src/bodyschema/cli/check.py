@@ -47,9 +47,9 @@ class Check:
 
     def run(self) -> int:
         """Test; returns 1 when the body has changed."""
+        from bodyschema.answers.answer import load
         from bodyschema.cli.loading import read_senses
         from bodyschema.cli.run_file import run_from_record
-        from bodyschema.answers.answer import load
 
         if not 0 < self.false_alarm < 1:
             raise InputError(

@@ -77,9 +77,9 @@ class PlanPoses:
 
         from bodyschema.acting.candidates import find_candidates
         from bodyschema.acting.next_poses import plan_poses
+        from bodyschema.answers.answer import load
         from bodyschema.cli.plan_answer import plan_json, print_plan
         from bodyschema.cli.recall import recall
-        from bodyschema.answers.answer import load
 
         self._check()
         stored = load(self.result)

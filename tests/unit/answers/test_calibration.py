@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema.answers.calibrate import MODELS, calibrate
-from bodyschema.judging.calibration import Calibration, describe_groups
 from bodyschema.estimation.held_out import folds_of
+from bodyschema.judging.calibration import Calibration, describe_groups
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import free_joints
 from bodyschema.senses.sense import Sense
