@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from bodyschema.acting.servoing import Servoing
     from bodyschema.answers.answer import Answer, load
     from bodyschema.answers.calibrate import calibrate
+    from bodyschema.answers.hand_eye import learn_hand_eye
+    from bodyschema.answers.payload import learn_payload
     from bodyschema.answers.skeleton import learn_skeleton
+    from bodyschema.answers.touch import find_touches
     from bodyschema.attention.body_in_view import BodyInView
     from bodyschema.attention.finder import BodyFinder
     from bodyschema.attention.frames import Frame
@@ -78,12 +81,21 @@ if TYPE_CHECKING:
     from bodyschema.senses.touches import Touches
     from bodyschema.senses.wrench_stream import WrenchStream
     from bodyschema.senses.wrenches import Wrenches
+    from bodyschema.senses.wrist_columns import WristTable
+    from bodyschema.senses.wrist_declaration import WristDeclaration
     from bodyschema.senses.wrist_samples import WristSamples
     from bodyschema.sources.recording import Recording
+    from bodyschema.sources.tables import open_recording
     from bodyschema.vision.corners import CornerTracker
     from bodyschema.vision.surface import Surface
 
 _HOMES = {
+    "learn_payload": "answers.payload",
+    "learn_hand_eye": "answers.hand_eye",
+    "find_touches": "answers.touch",
+    "WristTable": "senses.wrist_columns",
+    "WristDeclaration": "senses.wrist_declaration",
+    "open_recording": "sources.tables",
     "Solid": "model.solid",
     "KnownLoad": "learners.touch.known_load",
     "TouchFinder": "learners.touch.finder",
@@ -219,11 +231,14 @@ __all__ = [
     "WatchedImages",
     "WrenchStream",
     "Wrenches",
+    "WristDeclaration",
     "WristSamples",
+    "WristTable",
     "calibrate",
     "check_stream",
     "detect_change",
     "determinable",
+    "find_touches",
     "fit_payload",
     "frame_jacobian",
     "free_frame",
@@ -232,8 +247,11 @@ __all__ = [
     "free_skeleton",
     "join",
     "join_streams",
+    "learn_hand_eye",
+    "learn_payload",
     "learn_skeleton",
     "load",
+    "open_recording",
     "plan_poses",
     "reach",
     "relative_pose",

@@ -99,9 +99,13 @@ def inverse_left_jacobian(rotation_vector: ArrayLike) -> Array:
 
 
 def nearest_rotation(matrix: ArrayLike) -> Array:
-    """The rotation closest to a matrix in the Frobenius norm (orthogonal Procrustes), (3, 3)."""
+    """The rotation closest to a matrix in the Frobenius norm (orthogonal Procrustes).
+
+    (*batch, 3, 3) -> (*batch, 3, 3).
+    """
     U, _, Vt = np.linalg.svd(np.asarray(matrix, dtype=np.float64))
-    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt)
+    U[..., 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]
+    return np.asarray(U @ Vt)
 
 
 def transform(rotation: ArrayLike, translation: ArrayLike) -> Array:

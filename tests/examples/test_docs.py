@@ -22,7 +22,7 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"(?<!\w)[-+]?\d[\d.]*(e[-+]?\d+)?\b")
-PAGES = ("first_steps.md",)
+PAGES = ("first_steps.md", "a_sense_of_your_own.md")
 
 
 def blocks(page: str) -> Iterator[tuple[str, str]]:

@@ -80,8 +80,27 @@ def expected_jacobians(
         part = whiten(ideal, estimate.reference, estimate.variables, estimate.x)
         scale = np.sqrt(fisher_share(FREEDOM, part.residual.shape[1]))
         root = scale / level_rows(sense, noise_levels(estimate, sense))
-        blocks.append(part.jacobian * root[:, None] * seen[:, None, None])
+        J = _by_posture(part.jacobian * root[:, None], ideal.rows, len(q))
+        blocks.append(J * seen[:, None, None])
     return np.asarray(np.concatenate(blocks, axis=1) * estimate.variables.scale)
+
+
+def _by_posture(J: Array, posture: Ints, n: int) -> Array:
+    """Jacobians (m, d, N) of samples as those of n postures (n, k, N) with the same J^T J.
+
+    Args:
+        J: of one sample a posture, which stay as they are, or of many, as those of an outline.
+        posture: (m,) which one a sample belongs to, from 0.
+        n: how many there are.
+    """
+    if len(J) == n:
+        return J
+    size = J.shape[2]
+    found = np.zeros((n, size, size))
+    for i in range(n):
+        R = np.linalg.qr(J[posture == i].reshape(-1, size), mode="r")
+        found[i, : len(R)] = R
+    return found
 
 
 def tool_jacobians(estimate: Estimate, pairs: Sequence[Pair], q: Array) -> Array:

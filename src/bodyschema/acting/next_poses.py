@@ -102,7 +102,7 @@ def plan_poses(
             f"only {len(candidates.q)} postures can be taken and seen; ask for fewer than {n}, "
             "or look beyond the recorded view with --anywhere."
         )
-    ends = tuple(pairs) or tuple(dict.fromkeys((s.seen_from, s.seen) for s in senses))
+    ends = tuple(pairs) or tuple(dict.fromkeys(p for s in senses for p in s.pairs))
     J = expected_jacobians(estimate, senses, candidates.q, candidates.visible)
     E = tool_jacobians(estimate, ends, candidates.work)
     F = believed_information(estimate)

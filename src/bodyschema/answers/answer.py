@@ -209,7 +209,7 @@ def load(folder: str | Path) -> Answer:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         form = document.pop("form")
-    except (OSError, ValueError, KeyError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             f"'{path}' cannot be read ({type(error).__name__}); make it again."
         ) from None

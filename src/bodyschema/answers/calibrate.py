@@ -8,6 +8,7 @@ online learner, if one is asked for, fits in one pass, and so in every fold.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from bodyschema.answers.answer import Answer
@@ -70,10 +71,23 @@ def calibrate(
     check_problem(problem, groups if groups is not None else (), folds)
     affordable = _affordable(problem, models_of(learner), folds)
     models = affordable if groups is None else ((), tuple(groups))
+    problem = _with_kept(problem, models[-1])
     fit = fitting(problem, learner)
-    found = judged(problem, fit, models, groups is None, folds, seed, progress)
+    again = problem.again if learner == "batch" else None
+    found = judged(problem, fit, models, groups is None, folds, seed, progress, again)
     nominal = body if described is None else described
-    return Answer.of(found, senses, nominal, run, learner=learner)
+    return Answer.of(found, problem.senses, nominal, run, learner=learner)
+
+
+def _with_kept(problem: Problem, model: tuple[str, ...]) -> Problem:
+    """The problem with correspondences that stay, as the largest model shows them.
+
+    Models are compared on the same samples; outlines that each fit chose for itself are not.
+    """
+    if all(type(sense).kept is Sense.kept for sense in problem.senses):
+        return problem
+    body = problem.fit(problem.variables(model), problem.senses).body
+    return replace(problem, senses=tuple(sense.kept(body) for sense in problem.senses))
 
 
 def models_of(learner: LearnerName) -> tuple[tuple[str, ...], ...]:

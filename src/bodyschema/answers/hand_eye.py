@@ -1,6 +1,6 @@
 """Hand and eye: where a camera or a tracker sits, from poses alone, without a robot description.
 
-    answer = learn_hand_eye(T_base_hand, T_eye_target, eye_on="base")
+    answer = bs.learn_hand_eye(T_base_hand, T_eye_target, eye_on="base")
     print(answer.summary())
     answer.save("hand_eye")
 
@@ -16,10 +16,9 @@ it.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,27 +34,18 @@ from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.prediction import degrees_of_freedom, predict_error
 from bodyschema.judging.accuracy import Accuracy, in_words
 from bodyschema.judging.calibration import Calibration
+from bodyschema.judging.pose_declarations import PLAUSIBLE, Whose, agrees, reason
+from bodyschema.learners.hand_eye.free_estimate import LAG, Names, ends, hand_eye_estimate
 from bodyschema.learners.hand_eye.full_poses import FEWEST_PAIRS, HandEye, Mount, solve_hand_eye
-from bodyschema.learners.hand_eye.pose_pairs import REACH
 from bodyschema.learners.hand_eye.pose_streams import JoinedStreams, join_streams
 from bodyschema.model import parts
 from bodyschema.model.free_hand import free_hand, hand_readings
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
-from bodyschema.model.variables import UNKNOWN_TURN, free_frame, join
 from bodyschema.senses.poses import Poses
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Whose = Literal["robot", "eye"]
-Rival = tuple[str, Whose, Callable[[Array], Array]]
-"""How poses may have been recorded: in words, whose poses, and what then has to be done to them."""
-
-QUATERNIONS = {"xyz_xyzw": "xyz_wxyz", "xyz_wxyz": "xyz_xyzw"}
-"""Layouts that are taken for each other."""
-
-SCALE, LAG = "eye_scale", "lag"
-"""Parts of the body that keep the scale of the eye's lengths, and how late its clock is."""
 
 FOLDS = 5
 
@@ -64,28 +54,6 @@ ANYWHERE = 200
 
 BAD = 0.5
 """Probability of being good below which a pair is called an outlier."""
-
-PLAUSIBLE = (0.02, 0.05)
-"""Noise of good pairs that needs no other explanation: share of the hand's travel, and rad."""
-
-USELESS = (0.2, 0.35)
-"""The same beyond which no place of hand and eye explains the poses."""
-
-BETTER = 1 / 3
-"""A rival explains the poses when its noise is at most this share of theirs."""
-
-TRUE_SIZES = (0.8, 1.25)
-"""A scale of the eye's lengths beyond these is no matter of a board's printer."""
-
-
-@dataclass(frozen=True)
-class Names:
-    """What the frames are called."""
-
-    base: str = "base"
-    hand: str = "hand"
-    eye: str = "eye"
-    target: str = "target"
 
 
 def learn_hand_eye(
@@ -138,7 +106,7 @@ def learn_hand_eye(
     pose = T.copy()
     pose[:, :3, 3] /= found.scale
     sense = Poses.make(q, pose, named.eye, named.target, rows=numbers)
-    doubt = None if _within(PLAUSIBLE, found, A) else _doubt(A, T, found, seed, layouts or {})
+    doubt = None if agrees(PLAUSIBLE, found, A) else reason(A, T, found, seed, layouts or {})
     calibration = _calibration(found, sense, described, named, joined, doubt, seed)
     timed = replace(calibration, seconds=time.perf_counter() - begin)
     return Answer.of(timed, (sense,), described, run, verb="hand-eye")
@@ -203,52 +171,6 @@ def _agreement(
     return float(np.mean([share[good] for share in inside.values()]))
 
 
-def hand_eye_estimate(found: HandEye, sense: Poses, described: Body, names: Names) -> Estimate:
-    """The belief in X and Y as that in two frames of a free hand.
-
-    Args:
-        found: the answer.
-        sense: what the eye saw, in true lengths.
-        described: the free hand.
-        names: of the frames.
-    """
-    moving, standing = _ends(found, names)
-    body = described.attach(moving, names.hand, found.X).attach(standing, names.base, found.Y)
-    if found.scale != 1:
-        body = body.with_part(SCALE, parts.target(found.scale))
-    free = (
-        free_frame(body, moving, REACH, UNKNOWN_TURN),
-        free_frame(body, standing, 10 * REACH, UNKNOWN_TURN),
-    )
-    variables = join(*free)
-    # Twists are taken in the frames' own axes, links in those of their parents.
-    own = np.eye(12)
-    own[:3, :3], own[6:9, 6:9] = found.X[:3, :3].T, found.Y[:3, :3].T
-    information = own.T @ np.linalg.inv(found.covariance) @ own
-    values, vectors = np.linalg.eigh(information - np.diag(variables.prior_std**-2.0))
-    told = (vectors * values.clip(0.0)) @ vectors.T
-    residual = sense.residual(body)
-    good = found.weights / max(float(found.weights.sum()), 1e-12)
-    sizes = [float(np.sqrt(good @ np.mean(residual[:, k] ** 2, axis=1))) for k in _PARTS]
-    believed = np.sqrt(np.diag(sense.covariance))[[0, 3]]
-    noise = {
-        f"{sense.label}: {name} ({unit})": size
-        for (name, unit, _), size in zip(sense.components, sizes, strict=True)
-    }
-    levels = (tuple(float(size / std) for size, std in zip(sizes, believed, strict=True)),)
-    weights = (np.maximum(found.weights, 1e-9),)
-    return Estimate(body, variables, np.zeros(12), (told + told.T) / 2, noise, levels, weights)
-
-
-_PARTS = (slice(0, 3), slice(3, 6))
-
-
-def _ends(found: HandEye, names: Names) -> tuple[str, str]:
-    """The frame that the hand carries, and the one that stands."""
-    ends = (names.eye, names.target)
-    return ends if found.eye_on == "hand" else (ends[1], ends[0])
-
-
 def _held_out(
     found: HandEye,
     sense: Poses,
@@ -292,93 +214,9 @@ def _from_mean(sense: Poses) -> Array:
     return np.hstack([T[:, :3, 3] - np.median(T[:, :3, 3], axis=0), turned])
 
 
-def _within(limits: tuple[float, float], found: HandEye, A: Array) -> bool:
-    """Whether good pairs agree so far, in lengths that are about true."""
-    position, turn = _noise(found)
-    low, high = TRUE_SIZES
-    return position <= limits[0] * _travel(A) and turn <= limits[1] and low < found.scale < high
-
-
-def _travel(A: Array) -> float:
-    return max(float(np.linalg.norm(np.ptp(A[:, :3, 3], axis=0))), 1e-12)
-
-
-def _noise(found: HandEye) -> tuple[float, float]:
-    """Size of a good pair's residual in true lengths, m and rad."""
-    position = float(np.sqrt(np.trace(found.noise[:3, :3]))) / found.scale
-    return position, float(np.sqrt(np.trace(found.noise[3:, 3:])))
-
-
-def _doubt(
-    A: Array, T: Array, found: HandEye, seed: int, layouts: Mapping[Whose, str]
-) -> str | None:
-    """Why poses that hardly agree are not to be trusted, in a sentence; None where they are.
-
-    Raises nothing: what cannot be solved is no explanation.
-    """
-    position, turn = _noise(found)
-    said = f"As declared, the poses agree to {1e3 * position:.3g} mm and {np.rad2deg(turn):.2g} deg"
-    for words, whose, undone in rivals(layouts):
-        hand, eye = (undone(A), T) if whose == "robot" else (A, undone(T))
-        try:
-            other = solve_hand_eye(hand, eye, found.eye_on, False, found.accepted_std, seed)
-        except (InputError, np.linalg.LinAlgError):
-            continue
-        there, turned = _noise(other)
-        share = there / _travel(hand) / max(position / _travel(A), 1e-12)
-        places = share < BETTER and turned < max(BETTER * turn, PLAUSIBLE[1])
-        turns = share < 1 / TRUE_SIZES[0] and turn > PLAUSIBLE[1] and turned < BETTER * turn
-        if (places or turns) and other.determined:
-            return (
-                f"{said} only; {words} they agree to {1e3 * there:.3g} mm and "
-                f"{np.rad2deg(turned):.2g} deg."
-            )
-    if _within(USELESS, found, A):
-        return None
-    return (
-        f"{said}: no place of hand and eye explains them; perhaps rows of the two lists do not "
-        "belong together, or one of them is not what it is declared to be."
-    )
-
-
-def rivals(layouts: Mapping[Whose, str]) -> list[Rival]:
-    """Ways in which poses are recorded other than they are said to be.
-
-    Args:
-        layouts: as they are said to be, where that is known.
-    """
-    # Inverting both lists swaps X and Y, so nobody can tell from poses which one is inverse.
-    inverse = (
-        "with inverse = true for the seen poses (or for the robot's, or the eye on the other end)"
-    )
-    found: list[Rival] = [(inverse, "eye", lie.inverse)]
-    owners: tuple[tuple[Whose, str], ...] = (("eye", "seen"), ("robot", "robot"))
-    for whose, said in owners:
-        layout = layouts.get(whose, "")
-        if layout in QUATERNIONS:
-            shift = 1 if layout == "xyz_xyzw" else -1
-            words = f'with layout = "{QUATERNIONS[layout]}" for the {said} poses'
-            found.append((words, whose, partial(_reordered, shift=shift)))
-        for unit, size in (("mm", 1e-3), ("m", 1e3)):
-            words = f"with lengths a thousand times {'smaller' if size < 1 else 'larger'}"
-            words += f' (unit = "{unit}") for the {said} poses'
-            found.append((words, whose, partial(_sized, size=size)))
-    return found
-
-
-def _reordered(T: Array, shift: int) -> Array:
-    """Poses whose quaternion was read in the wrong order; 1 if its first number is w."""
-    q = lie.quaternion_xyzw(T[:, :3, :3])
-    return lie.transform(lie.rotation_from_xyzw(np.roll(q, -shift, axis=1)), T[:, :3, 3])
-
-
-def _sized(T: Array, size: float) -> Array:
-    return lie.transform(T[:, :3, :3], size * T[:, :3, 3])
-
-
 def _frames(found: HandEye, names: Names) -> list[dict[str, Any]]:
     """X and Y with their errors in their own axes, mm and deg."""
-    moving, standing = _ends(found, names)
+    moving, standing = ends(found, names)
     std = np.sqrt(np.diag(found.covariance))
     listed = (("X", names.hand, moving, found.X, 0), ("Y", names.base, standing, found.Y, 6))
     return [

@@ -12,22 +12,26 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.errors import InputError
 from bodyschema.judging.wrist_declarations import (
-    MotionReading,
     better_declaration,
+    is_moving,
     load_learner,
+    load_means,
 )
 from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import Part, PayloadFit, fit_payload
 from bodyschema.monitoring.load_segments import (
     Happening,
-    LoadSegments,
     declared_segments,
     found_segments,
     on_one_clock,
 )
 from bodyschema.senses.wrench_means import Averaging, WrenchMeans
 from bodyschema.senses.wrist_columns import WristRecording, WristTable
-from bodyschema.senses.wrist_declaration import WristDeclaration
+from bodyschema.senses.wrist_declaration import (
+    LoadSegments,
+    MotionReading,
+    WristDeclaration,
+)
 from bodyschema.senses.wrist_poses import check_speed
 from bodyschema.senses.wrist_samples import WristSamples
 
@@ -120,13 +124,13 @@ def hold(
     """
     how, cut = motion or MotionReading(), segments or LoadSegments()
     read, learner = table.read(declared), load_learner(declared)
-    samples, moving = read.samples, how.moving(read)
+    samples, moving = read.samples, is_moving(how, read)
     if moving and samples.position is not None:
         check_speed(samples.time, samples.position)
     notes = [*read.notes, *_assumed(how, read, declared, moving)]
 
     def means(part: WristSamples) -> WrenchMeans:
-        return how.means(part, moving, declared.sensor)
+        return load_means(how, part, moving, declared.sensor)
 
     events, parts = tuple[Happening, ...](), list[Part]()
     if cut.empty or cut.loaded or empty is not None:

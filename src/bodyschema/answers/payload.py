@@ -25,7 +25,7 @@ from bodyschema.export.load_entry import load_entry, vector
 from bodyschema.export.payload import controller_forms
 from bodyschema.judging.accuracy import Accuracy, in_words
 from bodyschema.judging.calibration import Calibration
-from bodyschema.judging.wrist_declarations import POOR, MotionReading
+from bodyschema.judging.wrist_declarations import POOR
 from bodyschema.learners.payload.belief import (
     WristFrames,
     load_estimate,
@@ -33,10 +33,13 @@ from bodyschema.learners.payload.belief import (
 )
 from bodyschema.model.inertia import Inertia
 from bodyschema.model.tree import Body
-from bodyschema.monitoring.load_segments import LoadSegments
 from bodyschema.report.payload import Controllers, Explained
 from bodyschema.senses.wrist_columns import WristTable
-from bodyschema.senses.wrist_declaration import WristDeclaration
+from bodyschema.senses.wrist_declaration import (
+    LoadSegments,
+    MotionReading,
+    WristDeclaration,
+)
 
 Array = NDArray[np.float64]
 

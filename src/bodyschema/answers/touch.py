@@ -13,17 +13,19 @@ from bodyschema.answers.answer import Answer
 from bodyschema.answers.held_recording import hold
 from bodyschema.answers.payload import is_known, load_answer, load_details
 from bodyschema.errors import InputError
-from bodyschema.judging.wrist_declarations import MotionReading
 from bodyschema.learners.touch.finder import Touch
 from bodyschema.learners.touch.known_load import KnownLoad
 from bodyschema.learners.touch.search import TouchSearch
 from bodyschema.model.solid import Solid
 from bodyschema.model.tree import Body
-from bodyschema.monitoring.load_segments import LoadSegments
 from bodyschema.report.touch import Touches
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.senses.wrist_columns import WristTable
-from bodyschema.senses.wrist_declaration import WristDeclaration
+from bodyschema.senses.wrist_declaration import (
+    LoadSegments,
+    MotionReading,
+    WristDeclaration,
+)
 from bodyschema.senses.wrist_samples import WristSamples
 
 SHORTEST = 5.0

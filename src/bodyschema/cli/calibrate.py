@@ -4,30 +4,25 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import tyro
 
 from bodyschema.cli.markers import marker_senses, skeleton_run
-from bodyschema.cli.run_file import (
-    FrameEntry,
-    FreeEntry,
-    JointColumns,
-    RunFile,
-    SenseEntry,
-    read_run_file,
-)
-from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, JointColumns
+from bodyschema.cli.reading.sense_entry import SenseEntry
+from bodyschema.cli.run_file import RunFile, read_run_file
+from bodyschema.errors import InputError
 from bodyschema.model.arrangement import read_arrangement
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from bodyschema.answers.answer import Answer
     from bodyschema.cli.loading import Loaded
-    from bodyschema.judging.calibration import Calibration
 
 Group = Literal["offsets", "gears", "axes", "links"]
 LearnerName = Literal["batch", "gauss-newton", "smoother", "online-gradient", "pool"]
@@ -86,58 +81,41 @@ class Calibrate:
         """Calibrate and write; returns 1 when refused."""
         from rich.console import Console
 
-        from bodyschema.export.calibration_yaml import calibration_document
-        from bodyschema.export.result_folder import check_place, write_result
+        from bodyschema.cli.result import NO_PAGE, PLAIN, prepare
         from bodyschema.report.summary import as_json, finite, print_answer
 
         run = self.resolved()
-        check_place(self.out, self.overwrite)
-        loaded, calibration, report = self._work(run, Console(stderr=True))
-        answer = as_json(calibration)
-        refused = self._refuses(calibration)
+        asked = {**asdict(run), "inputs": run.inputs, "command": self.command()}
+        prepare(self.out, self.overwrite, self.run_file, asked)
+        notes = Console(stderr=True)
+        loaded, answer = self._work(run, asked, notes)
+        found, refused = as_json(answer), answer.verdict == "refused" and not self.force
+        paths = [] if refused else answer.save(self.out, self.overwrite)
+        reported = self.out / "report.html" in paths
+        if paths and not reported:
+            notes.print(NO_PAGE, **PLAIN)
         if not refused:
-            nominal, source = loaded.nominal, run.description
-            write_result(
-                calibration, nominal, source, self.out, asdict(run), self.overwrite, report
-            )
-            answer["folder"] = str(self.out)
-            answer["urdf"] = str(self.out / "robot.urdf")
+            found |= {"folder": str(self.out), "urdf": str(self.out / "robot.urdf")}
+        if len(loaded.first_rows) > 1:
+            found["first_rows"] = dict(loaded.first_rows)
         if self.json:
-            print(json.dumps(finite(answer)))
+            print(json.dumps(finite(found)))
         else:
             console = Console()
-            print_answer(console, calibration_document(calibration))
-            text = self._farewell(refused, bool(report), bool(run.skeleton))
-            console.print(text, highlight=False, soft_wrap=True)
+            print_answer(console, answer.document)
+            text = self._farewell(refused, reported, bool(run.skeleton))
+            console.print(_rows(loaded) + text, highlight=False, soft_wrap=True)
         return 1 if refused else 0
 
-    def _work(self, run: RunFile, notes: Console) -> tuple[Loaded, Calibration, dict[str, bytes]]:
-        """Load, calibrate and draw the report, telling what is being done."""
+    def _work(
+        self, run: RunFile, asked: Mapping[str, Any], notes: Console
+    ) -> tuple[Loaded, Answer]:
+        """Load and calibrate, telling what is being done."""
         from bodyschema.cli.loading import load
 
         with notes.status("reading") as status:
             loaded = load(run)
-            calibration = _calibration(run, loaded, status.update)
-            if self._refuses(calibration):
-                return loaded, calibration, {}
-            status.update("report")
-            try:
-                return loaded, calibration, self._report(run, loaded, calibration)
-            except MissingExtraError as missing:
-                notes.print(str(missing), highlight=False, markup=False, soft_wrap=True)
-                return loaded, calibration, {}
-
-    def _report(self, run: RunFile, loaded: Loaded, calibration: Calibration) -> dict[str, bytes]:
-        """report.html and its content."""
-        from bodyschema.export.result_folder import run_record
-        from bodyschema.report.report import report_html
-
-        record = {**run_record(run.description, asdict(run)), "command": self.command()}
-        page = report_html(calibration, loaded.nominal, loaded.senses, record)
-        return {"report.html": page.encode()}
-
-    def _refuses(self, calibration: Calibration) -> bool:
-        return calibration.verdict == "refused" and not self.force
+            return loaded, _calibration(run, loaded, asked, status.update)
 
     def command(self) -> str:
         """The command line that asks for this result, wherever it goes and whatever is printed."""
@@ -226,12 +204,14 @@ class Calibrate:
         )
 
 
-def _calibration(run: RunFile, loaded: Loaded, progress: Callable[[str], None]) -> Calibration:
+def _calibration(
+    run: RunFile, loaded: Loaded, asked: Mapping[str, Any], progress: Callable[[str], None]
+) -> Answer:
     """Correct the robot, or learn its skeleton."""
     from bodyschema.answers.calibrate import calibrate
     from bodyschema.answers.skeleton import learn_skeleton
 
-    learner, asked = cast(LearnerName, run.learner), asdict(run)
+    learner = cast(LearnerName, run.learner)
     if run.skeleton:
         body, senses = loaded.body, loaded.senses
         return learn_skeleton(body, senses, run.folds, run.seed, progress, learner, asked)
@@ -249,3 +229,11 @@ def _calibration(run: RunFile, loaded: Loaded, progress: Callable[[str], None]) 
         described=loaded.nominal,
         run=asked,
     )
+
+
+def _rows(loaded: Loaded) -> str:
+    """Where the rows of each of several recordings begin."""
+    if len(loaded.first_rows) < 2:
+        return ""
+    begins = (f"those of {name} from {row}" for name, row in loaded.first_rows.items())
+    return f"\nRows are numbered through all recordings: {', '.join(begins)}.\n"

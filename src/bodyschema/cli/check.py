@@ -1,169 +1,115 @@
-"""`bodyschema check`: does a calibration still explain a new recording?
+"""`bodyschema check`: is what a verb found still true of a new recording?
 
 A few postures are tested as a whole. A recording with times, long and dense enough, is watched as
-well: then the answer also says when something changed.
+well: then the answer also says when something changed. A load and a tracked robot are found anew
+and compared with what was found before.
 """
 
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import tyro
 
 from bodyschema.errors import InputError
-from bodyschema.monitoring.change import ChangeTest, Suspect, detect_change
-from bodyschema.monitoring.labelling import EVERYTHING
-from bodyschema.monitoring.stream_check import (
-    UNNAMED,
-    Change,
-    StreamCheck,
-    check_stream,
-    is_stream,
-)
-from bodyschema.senses.sense import Sense
 
-POSTURES = 100
-"""Of a stream, that are tested as a whole."""
+if TYPE_CHECKING:
+    from bodyschema.answers.answer import Answer
+    from bodyschema.answers.recheck import Recheck
+    from bodyschema.cli.run_file import RunFile
+    from bodyschema.monitoring.stream_check import StreamCheck
 
 
 @dataclass(frozen=True)
 class Check:
-    """Test a calibration on a new recording: a robot's morning test. Exit code 1 if it changed."""
+    """Test a result on a new recording: a robot's morning test. Exit code 1 if it changed."""
 
     result: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RESULT")]
-    """Folder that `calibrate` wrote."""
+    """Folder that a verb wrote."""
     recording: tuple[Path, ...]
-    """New recording with the same columns; several files are joined row by row."""
+    """New recording with the same columns; several files are joined row by row. Or a run file that
+    says where the new data lie, as pictures always need."""
     false_alarm: float = 0.01
-    """Chance of calling an unchanged robot changed."""
+    """Chance of calling what is unchanged changed."""
     json: bool = False
     """Print one JSON object instead of text."""
 
     def run(self) -> int:
-        """Test; returns 1 when the body has changed."""
+        """Test; returns 1 when something has changed."""
         from bodyschema.answers.answer import load
-        from bodyschema.cli.loading import read_senses
-        from bodyschema.cli.run_file import run_from_record
+        from bodyschema.answers.recheck import check_json
+        from bodyschema.cli.check_words import describe_changes, describe_check
 
         if not 0 < self.false_alarm < 1:
             raise InputError(
                 f"--false-alarm is a probability, between 0 and 1; got {self.false_alarm}."
             )
-        stored = load(self.result)
-        paths = tuple(str(path.resolve()) for path in self.recording)
-        run = replace(run_from_record(stored.run), recording=paths)
-        senses = read_senses(run, stored.estimate.reference)
-        rows = len({int(row) for sense in senses for row in sense.rows})
-        if rows < 3:
-            raise InputError(
-                f"the recording shows {rows} postures; at least 3 are needed to check."
-            )
-        stream = None
-        if is_stream(senses):
-            # Two tests share the allowed rate; the first takes the recording as one moment.
-            half = self.false_alarm / 2
-            answer = detect_change(stored.estimate, thinned(senses), stored.fields, half)
-            stream = check_stream(stored.estimate, senses, half)
-        else:
-            answer = detect_change(stored.estimate, senses, stored.fields, self.false_alarm)
+        found, stream = self._test(load(self.result))
+        changed = found.test.changed or (stream is not None and bool(stream.changes))
         if self.json:
-            print(json.dumps(check_json(answer, rows, stream)))
+            print(json.dumps(check_json(found, stream)))
         elif stream is not None and stream.changes:
             print(describe_changes(stream))
         else:
-            print(describe_check(answer, rows, self))
-        return 1 if answer.changed or (stream is not None and stream.changes) else 0
+            print(describe_check(found, self.false_alarm))
+        return 1 if changed else 0
 
+    def _test(self, stored: Answer) -> tuple[Recheck, StreamCheck | None]:
+        if stored.verb in ("payload", "touch"):
+            return self._load(stored), None
+        if stored.verb == "track":
+            return self._pictures(stored), None
+        if stored.verb == "find-body":
+            raise InputError(
+                f"'{self.result}' is an answer of {stored.verb}, which holds no belief that new "
+                f"data could contradict; run {stored.verb} on them and compare."
+            )
+        return self._senses(stored)
 
-def thinned(senses: Sequence[Sense]) -> list[Sense]:
-    """At most POSTURES samples of each sense, evenly spread over the recording."""
-    return [
-        sense.take(np.unique(np.linspace(0, len(sense) - 1, POSTURES).astype(int)))
-        for sense in senses
-    ]
+    def _senses(self, stored: Answer) -> tuple[Recheck, StreamCheck | None]:
+        """A calibrated robot."""
+        from bodyschema.answers.recheck import recheck_senses
+        from bodyschema.cli.loading import read_senses
 
+        senses = read_senses(self._run(stored), stored.estimate.reference)
+        return recheck_senses(stored, senses, self.false_alarm)
 
-def check_json(answer: ChangeTest, rows: int, stream: StreamCheck | None = None) -> dict[str, Any]:
-    """The answer in plain types; changes in SI, "watched_s" null where there was no stream."""
-    changes = stream.changes if stream is not None else ()
-    changed = answer.changed or bool(changes)
-    suspects: Sequence[Suspect | Change] = changes or answer.suspects
-    return {
-        "verdict": "changed" if changed else "still true",
-        "changed": changed,
-        "p_value": min([answer.p_value, *(change.p_value for change in changes)]),
-        "suspects": [
-            {
-                "part": suspect.part,
-                "p_value": suspect.p_value,
-                "change": dict(zip(suspect.names, map(float, suspect.change), strict=True)),
-            }
-            for suspect in suspects
-        ],
-        "position_rms_mm": 1e3 * answer.position_rms,
-        "rows": rows,
-        "watched_s": stream.seconds if stream is not None else None,
-        "changes": [
-            {
-                "part": change.part,
-                "time_s": change.time,
-                "row": change.row,
-                "noticed_s": change.noticed,
-                "change": dict(zip(change.names, change.change, strict=True)),
-                "std": dict(zip(change.names, change.std, strict=True)),
-                "p_value": change.p_value,
-            }
-            for change in changes
-        ],
-    }
+    def _load(self, stored: Answer) -> Recheck:
+        """What a wrist carries."""
+        from bodyschema.answers.held_recording import hold
+        from bodyschema.answers.recheck import recheck_load
+        from bodyschema.cli.wrist.wrist_sections import held_tables
 
+        table, _, declared, wrist = held_tables(self._run(stored))
+        return recheck_load(stored, hold(table, declared, wrist.motion), self.false_alarm)
 
-def describe_changes(stream: StreamCheck) -> str:
-    """What changed within a recording, and when, with what to do next."""
-    lines = []
-    for change in stream.changes:
-        when = f"changed at {change.time:.2f} s (row {change.row}"
-        lines.append(
-            f"{when}, noticed {change.noticed - change.time:.2f} s later): {_what(change)}"
-        )
-    return "\n".join([*lines, "Next: look at it, then calibrate anew from a fresh recording."])
+    def _pictures(self, stored: Answer) -> Recheck:
+        """A robot without markers."""
+        from bodyschema.answers.recheck import recheck_pictures
+        from bodyschema.cli.tracking.album import KEYS, Album, markerless
+        from bodyschema.seeds.image_seeds import spread_out
 
+        if self.recording[0].suffix != ".toml":
+            raise InputError(
+                f"'{self.result}' was tracked in pictures, so new pictures are needed to check it: "
+                "give the run file that names them, --recording new.toml."
+            )
+        album = Album.open(self._run(stored)).round(stored.body)
+        keys = sorted(spread_out(album.q, KEYS))
+        learner, frames = markerless(album), list(album.seen(keys))
+        return recheck_pictures(stored, learner, album.variables, frames, self.false_alarm)
 
-def _what(change: Change) -> str:
-    if change.part == UNNAMED:
-        return "the recording ends before it is clear what."
-    if change.part == EVERYTHING:
-        return "more than one part; what came after was not watched."
-    return _blame(change)
+    def _run(self, stored: Answer) -> RunFile:
+        """The stored run on the new recording, or what a new run file says."""
+        from bodyschema.cli.run_file import on_recording, read_run_file, run_from_record
 
-
-def describe_check(answer: ChangeTest, rows: int, asked: Check) -> str:
-    """The answer in words, with what to do next."""
-    size = f"{1e3 * answer.position_rms:.2f} mm typical error over {rows} postures"
-    if not answer.changed:
-        return f"still true: {size}; p = {answer.p_value:.2g} (alarm below {asked.false_alarm:g})."
-    blamed = "\n".join(f"  {_blame(suspect)}" for suspect in answer.suspects)
-    which = "It is one of these" if len(answer.suspects) > 1 else "It is this part"
-    return (
-        f"changed: {size}; p = {answer.p_value:.2g} (alarm below {asked.false_alarm:g}).\n"
-        f"{which}, moved by about\n{blamed}\n"
-        "Next: look at it, then calibrate anew from a fresh recording."
-    )
-
-
-def _blame(suspect: Suspect | Change) -> str:
-    units = {"turn": (180 / math.pi, "deg"), "offset": (180 / math.pi, "deg"), "link": (1e3, "mm")}
-    stds = suspect.std if isinstance(suspect, Change) else [None] * len(suspect.names)
-    parts = []
-    for name, value, std in zip(suspect.names, suspect.change, stds, strict=True):
-        what = name.removeprefix(f"{suspect.part}.")
-        scale, unit = units[what.split("_")[0]]
-        sure = "" if std is None else f" +- {scale * std:.2f}"
-        parts.append(f"{what} {scale * value:+.2f}{sure} {unit}")
-    return f"{suspect.part}: {', '.join(parts)}"
+        if self.recording[0].suffix == ".toml":
+            return read_run_file(self.recording[0], stored.verb)
+        paths = tuple(str(path.resolve()) for path in self.recording)
+        run = run_from_record(stored.run)
+        if run.wrist is not None:
+            run = replace(run, wrist=replace(run.wrist, empty_recording=""))
+        return on_recording(run, paths)

@@ -1,15 +1,89 @@
-"""Whether what a TOML file gives fits the types of the record that it is read into."""
+"""Frozen records of the sections of a TOML file, whose keys and types they must fit."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, fields
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Any,
+    Protocol,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    runtime_checkable,
+)
 
-from bodyschema.errors import InputError
+from bodyschema.errors import InputError, did_you_mean
+
+Table = TypeVar("Table")
 
 WORDS = {str: "text", int: "a whole number", float: "a finite number", bool: "true or false"}
+
+
+@runtime_checkable
+class Checked(Protocol):
+    """A record that looks at its own values."""
+
+    def check(self, where: str) -> None:
+        """Raise InputError for values that mean nothing; `where` names the section."""
+
+
+def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
+    """A frozen record of a TOML table; lists become tuples.
+
+    Args:
+        kind: a dataclass.
+        table: the section.
+        where: names it in messages.
+
+    Raises:
+        InputError: a key is unknown or missing, or a value does not fit.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
+    refuse_unknown(kind, table, where)
+    for entry in fields(kind):  # type: ignore[arg-type]
+        required = entry.default is MISSING and entry.default_factory is MISSING
+        if required and entry.name not in table:
+            raise InputError(f"{where} lacks the key '{entry.name}'.")
+    values = {key: frozen(value) for key, value in table.items()}
+    check_types(kind, values, where)
+    made = kind(**values)
+    if isinstance(made, Checked):
+        made.check(where)
+    return made
+
+
+def refuse_unknown(kind: type[Any], table: Mapping[str, Any], where: str) -> None:
+    """Refuse keys that a record does not have.
+
+    Raises:
+        InputError: with those that are near.
+    """
+    known = [f.name for f in fields(kind)]
+    for key in table:
+        if key not in known:
+            raise InputError(f"unknown key '{key}' in {where}{did_you_mean(key, known)}")
+
+
+def one_of(key: str, word: str, known: Iterable[str], where: str) -> None:
+    """Refuse a word that is none of those known.
+
+    Raises:
+        InputError: with those that are near.
+    """
+    words = tuple(known)
+    if word not in words:
+        raise InputError(f"{key} = '{word}' in {where}{did_you_mean(word, words)}")
+
+
+def frozen(value: Any) -> Any:
+    """A value of TOML with tuples for its lists."""
+    return tuple(frozen(one) for one in value) if isinstance(value, list) else value
 
 
 def check_types(kind: type[Any], table: Mapping[str, Any], where: str) -> None:

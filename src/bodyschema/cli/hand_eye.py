@@ -91,7 +91,8 @@ class HandEyeVerb:
 
     def resolved(self) -> RunFile:
         """The run file, with the flags laid over it."""
-        from bodyschema.cli.run_file import HandEyeEntry, read_run_file
+        from bodyschema.cli.reading.run_entries import HandEyeEntry
+        from bodyschema.cli.run_file import read_run_file
 
         if self.run_file is None:
             run = self._from_flags()
@@ -122,7 +123,8 @@ class HandEyeVerb:
         }
 
     def _from_flags(self) -> RunFile:
-        from bodyschema.cli.run_file import JointColumns, RunFile
+        from bodyschema.cli.reading.run_entries import JointColumns
+        from bodyschema.cli.run_file import RunFile
 
         if self.robot_poses is None:
             raise InputError(
@@ -138,6 +140,9 @@ class HandEyeVerb:
             replace(robot, unit=self.robot_unit, inverse=self.robot_inverse),
             replace(eye, unit=self.seen_unit, inverse=self.seen_inverse),
         )
+        if robot.recording == eye.recording:
+            alone = tuple(replace(entry, recording=()) for entry in senses)
+            return RunFile("", robot.recording, JointColumns(), {}, alone)
         return RunFile("", (), JointColumns(), {}, senses)
 
 

@@ -87,6 +87,8 @@ def with_parts(run: RunFile, body: Body) -> tuple[Body, dict[str, tuple[str, ...
     """The body with the parts of a run file, and what of them is free; see `Loaded.parts`."""
     free: dict[str, tuple[str, ...] | None] = {}
     for name, entry in run.parts.items():
+        if name in body.frames:
+            raise InputError(f"'{name}' is a frame and a part; give the part another name.")
         part = made(entry, name, body)
         body = body.with_part(name, part)
         if entry.known != "exactly":
@@ -111,7 +113,10 @@ def read_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
     """
     if run.hand_eye is not None:
         return (pose_sense(run, body),)
-    return _senses(run, _recordings(run, body))
+    shown = body
+    if not body.visuals and run.robot and any(entry.kind == "outlines" for entry in run.senses):
+        shown = replace(body, visuals=read_robot(Path(run.robot), run.packages).visuals)
+    return _senses(run, _recordings(run, shown))
 
 
 def blank_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:

@@ -16,6 +16,7 @@ from bodyschema.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
     from bodyschema.acting.next_poses import Plan
+    from bodyschema.answers.answer import Answer
     from bodyschema.cli.recall import Recalled
     from bodyschema.estimation.estimate import Estimate
     from bodyschema.model.tree import Body
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Group = Literal["offsets", "gears", "axes", "links"]
+
+IN_WORDS = ("payload", "touch", "track", "find-body")
+"""Verbs whose next step is no list of postures."""
 
 FULL: tuple[Group, ...] = ("offsets", "axes", "links")
 """What may be wrong with the joints where a result corrected none."""
@@ -39,7 +43,7 @@ class PlanPoses:
     """
 
     result: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RESULT")]
-    """Folder that `calibrate` wrote."""
+    """Folder that a verb wrote; of those without senses only what to do next is said."""
     poses: Annotated[int, tyro.conf.arg(aliases=["-n"])] = 10
     """How many poses."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("plan.csv")
@@ -81,8 +85,10 @@ class PlanPoses:
         from bodyschema.cli.plan_answer import plan_json, print_plan
         from bodyschema.cli.recall import recall
 
-        self._check()
         stored = load(self.result)
+        if stored.verb in IN_WORDS:
+            return self._say(stored)
+        self._check()
         recalled = recall(stored.run, stored.body, self.robot)
         estimate, notes = self._belief(stored.estimate, recalled)
         body, senses = estimate.body, recalled.senses
@@ -105,6 +111,17 @@ class PlanPoses:
             print_plan(Console(), plan, body, order, [*notes, _CAUTION])
             shown = f"   picture: {picture}" if picture else ""
             print(f"\nPoses: {self.out}{shown}")
+        return 0
+
+    def _say(self, stored: Answer) -> int:
+        """What would tell more, where it is no list of postures."""
+        from bodyschema.answers.next_step import next_sentences
+
+        sentences = next_sentences(stored)
+        if self.json:
+            print(json.dumps({"verb": stored.verb, "sentences": list(sentences)}))
+        else:
+            print("\n".join(sentences))
         return 0
 
     def _check(self) -> None:
@@ -133,7 +150,8 @@ class PlanPoses:
         """The frames between which the tool error counts."""
         for frame in filter(None, (self.tool, self.seen_from)):
             body.frame_index(frame)
-        pairs = [(self.seen_from or s.seen_from, self.tool or s.seen) for s in senses]
+        ends = [pair for sense in senses for pair in sense.pairs]
+        pairs = [(self.seen_from or looks, self.tool or seen) for looks, seen in ends]
         return list(dict.fromkeys(pairs))
 
     def _collisions(

@@ -48,74 +48,25 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from bodyschema.cli.entry_types import check_types
+from bodyschema.cli.entry_types import entry_of, frozen, one_of, refuse_unknown
 from bodyschema.cli.reading.checks import check_keys
 from bodyschema.cli.reading.part_entry import PartEntry
-from bodyschema.cli.reading.sense_entry import SenseEntry as SenseEntry
+from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, HandEyeEntry, JointColumns
+from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.tracking.picture_sections import PictureSections
 from bodyschema.cli.verb_sections import check_verb, take_sections
 from bodyschema.cli.wrist.wrist_sections import WristSections
-from bodyschema.errors import InputError, did_you_mean
-
-Table = TypeVar("Table")
-
-KNOWLEDGE = ("exactly", "roughly", "no")
+from bodyschema.errors import InputError
 
 LEARNERS = ("batch", "gauss-newton", "smoother", "online-gradient", "pool")
 """All samples at once; or one after the other in one pass, see `judging.one_pass`."""
 
-MOUNTS, JOINS = ("hand", "base"), ("rows", "time")
-"""What may carry an eye, and how poses of robot and eye are joined."""
-
 PICTURES = ("masks", "images")
 """Keys of a sense that name pictures."""
-
-
-@dataclass(frozen=True)
-class JointColumns:
-    """How joint readings are recorded."""
-
-    unit: str = "rad"
-    columns: dict[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class FrameEntry:
-    """A fixed frame besides those of the robot description."""
-
-    parent: str
-    xyz: tuple[float, ...] = (0.0, 0.0, 0.0)
-    rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
-    known: str = "no"
-
-
-@dataclass(frozen=True)
-class FreeEntry:
-    """What may be wrong, where the user says."""
-
-    groups: tuple[str, ...] | None = None
-    joints: tuple[str, ...] | None = None
-    offset_deg: float | None = None
-    """How wrong offsets may be, one standard deviation, where pictures have no markers."""
-    offset_mm: float | None = None
-
-
-@dataclass(frozen=True)
-class HandEyeEntry:
-    """What `hand-eye` reads besides two senses of poses: the robot's, then the eye's."""
-
-    eye_on: str = "hand"
-    """What carries the eye: "hand" or "base"."""
-    join: str = "rows"
-    """"rows" of one recording or of equally long ones are pairs; "time": streams, by a lag."""
-    free_scale: bool | None = None
-    """The eye's lengths have one unknown scale; decided by the data when absent."""
-    accepted_mm: float = 50.0
-    """Error of the eye's place above which it counts as not known."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +79,7 @@ class RunFile:
     frames: dict[str, FrameEntry]
     senses: tuple[SenseEntry, ...]
     parts: dict[str, PartEntry] = field(default_factory=dict)
-    free: FreeEntry = FreeEntry()
+    free: FreeEntry = field(default_factory=FreeEntry)
     time: str | None = None
     packages: dict[str, str] = field(default_factory=dict)
     folds: int = 5
@@ -142,6 +93,16 @@ class RunFile:
     """What `payload` and `touch` read."""
     pictures: PictureSections | None = None
     """What `track` reads."""
+
+    def check(self, where: str) -> None:
+        """Refuse words and numbers that mean nothing.
+
+        Raises:
+            InputError: in one sentence; `where` names the file.
+        """
+        if self.folds < 2:
+            raise InputError(f"folds = {self.folds} in {where}; at least 2 are needed.")
+        one_of("learner", self.learner, LEARNERS, where)
 
     @property
     def description(self) -> Path:
@@ -297,6 +258,21 @@ def run_from_record(record: Mapping[str, Any]) -> RunFile:
     return run
 
 
+def on_recording(run: RunFile, files: tuple[str, ...]) -> RunFile:
+    """The same run on a new recording.
+
+    Raises:
+        InputError: senses have recordings or pictures of their own, which files do not replace.
+    """
+    own = [entry for entry in run.senses if entry.recording or entry.masks or entry.images]
+    if own:
+        raise InputError(
+            f"the {own[0].kind} seen from {own[0].seen_from} come from a recording of their own; "
+            "give a run file that names the new ones, --recording new.toml."
+        )
+    return replace(run, recording=files)
+
+
 def _given(kind: type[Any], entry: Any) -> Any:
     """What a recorded entry says beyond the defaults, which belong to all kinds."""
     usual = {
@@ -306,60 +282,3 @@ def _given(kind: type[Any], entry: Any) -> Any:
     if not isinstance(entry, Mapping):
         return entry
     return {k: v for k, v in entry.items() if k not in usual or frozen(v) != usual[k]}
-
-
-def frozen(value: Any) -> Any:
-    """A value of TOML with tuples for its lists."""
-    return tuple(frozen(one) for one in value) if isinstance(value, list) else value
-
-
-def refuse_unknown(kind: type[Any], table: Mapping[str, Any], where: str) -> None:
-    """Refuse keys that a record does not have.
-
-    Raises:
-        InputError: with those that are near.
-    """
-    known = [f.name for f in fields(kind)]
-    for key in table:
-        if key not in known:
-            raise InputError(f"unknown key '{key}' in {where}{did_you_mean(key, known)}")
-
-
-def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
-    """A frozen record of a TOML table; lists become tuples."""
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
-    refuse_unknown(kind, table, where)
-    known = {f.name: f for f in fields(kind)}  # type: ignore[arg-type]
-    for name, entry in known.items():
-        required = entry.default is MISSING and entry.default_factory is MISSING
-        if required and name not in table:
-            raise InputError(f"{where} lacks the key '{name}'.")
-    values = {key: frozen(value) for key, value in table.items()}
-    check_types(kind, values, where)
-    made = kind(**values)
-    _check(made, where)
-    return made
-
-
-def _check(entry: object, where: str) -> None:
-    if isinstance(entry, FrameEntry | PartEntry) and entry.known not in KNOWLEDGE:
-        raise InputError(
-            f"known = '{entry.known}' in {where}{did_you_mean(entry.known, KNOWLEDGE)}"
-        )
-    if isinstance(entry, FrameEntry):
-        for name in ("xyz", "rpy"):
-            if len(getattr(entry, name)) != 3:
-                raise InputError(f"{name} in {where} must be three numbers.")
-    if isinstance(entry, HandEyeEntry):
-        words = (("eye_on", entry.eye_on, MOUNTS), ("join", entry.join, JOINS))
-        for key, word, known in words:
-            if word not in known:
-                raise InputError(f"{key} = '{word}' in {where}{did_you_mean(word, known)}")
-    if isinstance(entry, RunFile):
-        if entry.folds < 2:
-            raise InputError(f"folds = {entry.folds} in {where}; at least 2 are needed.")
-        if entry.learner not in LEARNERS:
-            raise InputError(
-                f"learner = '{entry.learner}' in {where}{did_you_mean(entry.learner, LEARNERS)}"
-            )

@@ -91,20 +91,16 @@ class Track:
     def _track(self, album: Album, notes: Console) -> Tracked:
         """The body from the key postures, and the hand at every moment."""
         from bodyschema.answers.track import track
-        from bodyschema.learners.images.markerless import Markerless
-        from bodyschema.vision.surface import Surface
+        from bodyschema.cli.tracking.album import markerless
 
-        seen = album.seen_by
-        surface = Surface.of(album.body, seen.links or None, seen.faces)
-        doubts = seen.doubts.doubts
-        learner = Markerless(surface, seeds=self.seeds, seed=self.seed, doubts=doubts)
+        learner = markerless(album, self.seeds, self.seed)
         notes.print(f"learning the offsets from {min(self.keys, len(album))} postures")
         return track(
             learner,
             album.body,
             album.variables,
             album,
-            seen.hand,
+            album.seen_by.hand,
             self.keys,
             lambda items, total: _watched(items, total, notes),
         )

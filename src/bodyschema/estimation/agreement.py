@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
+from scipy.special import fdtr
 
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.normal_equations import level_rows
@@ -53,5 +53,5 @@ def within_prediction(
         mean, square = np.trace(S, axis1=1, axis2=2), np.trace(S @ S, axis1=1, axis2=2)
         ratio = np.sum(residual[:, part] ** 2, axis=1) / np.maximum(mean, 1e-300)
         h = mean**2 / np.maximum(square, 1e-300)
-        inside[name] = np.asarray(f_distribution.cdf(ratio, h, min(freedom, 1e9)) <= probability)
+        inside[name] = np.asarray(fdtr(h, min(freedom, 1e9), ratio) <= probability)
     return inside

@@ -21,6 +21,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +47,9 @@ FEWEST_RUNS = 10
 
 FALSE_ALARM = 0.01
 """Chance of calling a fault where there is none."""
+
+SHARED = 0.9
+"""Share of the longest sense's rows that another one must have to be tested with it."""
 
 FEWEST_ROWS = 10
 
@@ -145,18 +150,52 @@ def _agreement(z: Array) -> Array:
 
 
 def _common_rows(fit: Estimate, senses: Sequence[Sense]) -> tuple[Ints, Array, Array, Array]:
-    """Rows that every sense has; residuals (n, d) in noise units, slopes (n, d, n_joints), q."""
-    rows = senses[0].rows
-    for sense in senses[1:]:
-        rows = np.intersect1d(rows, sense.rows)
-    residuals, slopes = [], []
-    for sense, levels in zip(senses, fit.levels, strict=True):
-        kept = sense.take(np.flatnonzero(np.isin(sense.rows, rows)))
-        scale = np.sqrt(np.diag(sense.covariance)) * level_rows(sense, levels)
-        linear = kept.linearize(fit.reference, fit.variables, fit.x)
-        residuals.append(linear.residual / scale)
-        slopes.append(-linear.by_joint / scale[:, None])
-    return rows, np.concatenate(residuals, axis=1), np.concatenate(slopes, axis=1), kept.q
+    """Rows that several senses have; residuals (n, d) in noise units, slopes (n, d, n_joints), q.
+
+    Of the sense with the most rows, and of the others that have nearly all of them too.
+    """
+    batches = [
+        _by_row(fit, sense, levels)
+        for sense, levels in zip(senses, fit.levels, strict=True)
+        if len(sense)
+    ]
+    longest = max(batches, key=lambda batch: len(batch.rows)).rows
+    joined = [batch for batch in batches if np.isin(longest, batch.rows).mean() >= SHARED]
+    rows = reduce(np.intersect1d, (batch.rows for batch in joined))
+    kept = [np.isin(batch.rows, rows) for batch in joined]
+    pairs = list(zip(joined, kept, strict=True))
+    return (
+        rows,
+        np.concatenate([batch.residual[mask] for batch, mask in pairs], axis=1),
+        np.concatenate([batch.slope[mask] for batch, mask in pairs], axis=1),
+        joined[0].q[kept[0]],
+    )
+
+
+class _Rows(NamedTuple):
+    """One sense, its samples of one row (the corners of a picture) taken together."""
+
+    rows: Ints
+    residual: Array
+    slope: Array
+    q: Array
+
+
+def _by_row(fit: Estimate, sense: Sense, levels: Sequence[float]) -> _Rows:
+    """Sums over the samples of each row, over the root of their number: unit noise again."""
+    scale = np.sqrt(np.diag(sense.covariance)) * level_rows(sense, levels)
+    linear = sense.linearize(fit.reference, fit.variables, fit.x)
+    rows, first, index, count = np.unique(
+        sense.rows, return_index=True, return_inverse=True, return_counts=True
+    )
+
+    def summed(values: Array) -> Array:
+        total = np.zeros((len(rows), *values.shape[1:]))
+        np.add.at(total, index.ravel(), values)
+        return np.asarray((total.T / np.sqrt(count)).T)
+
+    residual, slope = summed(linear.residual / scale), summed(-linear.by_joint / scale[:, None])
+    return _Rows(rows, residual, slope, sense.q[first])
 
 
 def _following(slope: Array, q: Array) -> Array:

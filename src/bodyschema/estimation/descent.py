@@ -10,10 +10,11 @@ raises the cost, it is tried again with more damping, max(10 lambda, 1). An acce
 lambda by ten, and below 0.2 it is none. Damping in units of the prior leaves directions alone that
 the data hold: relative to diag H it would stall flat ones, where H runs from 1 to 1e10.
 
-Near the end (lambda = 0, last move below 0.05 posterior standard deviations) the curvature is that
+Near the end (lambda = 0, last move below 0.2 posterior standard deviations) the curvature is that
 of the robust cost itself, less than H by `bend`; the correction is left out.
 
-The levels take their step at the new x; see `noise`.
+The levels take their steps at the new x, see `noise`; more than one while these are long, as the
+first levels may be off by any factor and a step on them costs next to nothing.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from bodyschema.estimation.objective import Objective, Place
 
 Array = NDArray[np.float64]
 
-NEAR = 0.05
+NEAR = 0.2
 """Posterior standard deviations: the last move of a fit that is near its end."""
 
 PROBE = 0.1
@@ -40,6 +41,9 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1.0, 0.2, 1e12
 
 ROUNDING = (1e-12, 1e-9)
 """Relative and absolute rise of the cost that is rounding."""
+
+LEVEL_STEPS, FULL_STEP = 4, 0.3
+"""Most steps on the log levels in an iteration, and the length below which one was the last."""
 
 STALE = 0.1
 """Change of log levels after which weights are too old for the curvature."""
@@ -107,24 +111,24 @@ def slope(objective: Objective, state: State) -> Array:
 
 
 def _level(objective: Objective, state: State, C: Array) -> State:
-    theta, scale = state.theta, np.exp(-2 * state.theta)
-    squares = state.place.squares
-    weights = objective.weights(squares, theta)
-    sums = [w @ q for w, q in zip(weights, squares, strict=True)]
-    new = newton_step(
-        theta,
-        objective.counts,
-        np.concatenate(sums) * scale,
-        objective.coupled(squares, weights, theta),
-        state.shares * scale[:, None, None],
-        C,
-    )
-    new = np.maximum(new, objective.noise.lowest)
-    shifted = float(np.max(np.abs(new - theta), initial=0.0))
+    """Newton steps on the levels until they are near their place for this x."""
+    theta, squares = state.theta, state.place.squares
+    for _ in range(LEVEL_STEPS):
+        scale = np.exp(-2 * theta)
+        weights = objective.weights(squares, theta)
+        sums = [w @ q for w, q in zip(weights, squares, strict=True)]
+        coupled = objective.coupled(squares, weights, theta)
+        told = state.shares * scale[:, None, None]
+        step = newton_step(theta, objective.counts, np.concatenate(sums) * scale, coupled, told, C)
+        before, theta = theta, np.maximum(theta + step, objective.noise.lowest)
+        if np.max(np.abs(theta - before), initial=0.0) < FULL_STEP:
+            break
+        C = covariance(objective, state.shares, theta)
+    shifted = float(np.max(np.abs(theta - state.theta), initial=0.0))
     shares = state.shares
     if shifted > STALE:
-        shares = objective.shares(state.place, objective.weights(squares, new))
-    return replace(state, theta=new, shares=shares, shifted=shifted)
+        shares = objective.shares(state.place, objective.weights(squares, theta))
+    return replace(state, theta=theta, shares=shares, shifted=shifted)
 
 
 def _step(objective: Objective, state: State) -> tuple[Array, float]:

@@ -33,7 +33,7 @@ ROUNDS = 20
 FEWEST = 10.0
 """Numbers that a fit must leave of a sense before anything is said of its tails."""
 
-REFINEMENTS = 5
+REFINEMENTS = 3
 """Newton steps on the levels of one sense, from those of a neighbouring nu."""
 
 

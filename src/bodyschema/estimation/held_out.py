@@ -1,13 +1,13 @@
 """Held-out accuracy: errors on samples that the fit has not seen, by k folds.
 
-Rows of one moment (several markers in one image) stay in one fold, so that no fold knows the
-others' posture. Each fold places the unknown frames and fits anew from its own samples.
+Rows of one moment (several markers in one image) and rows of one posture stay in one fold, so that
+no fold knows the others' posture: who has seen a twin of a sample need only recognise it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from bodyschema.estimation.discrepancy import learn_discrepancy
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.loss import Loss, cost
+from bodyschema.estimation.moments import SAME_POSTURE, moments_of
 from bodyschema.estimation.normal_equations import level_rows
-from bodyschema.estimation.solver import Solver
+from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Senses = Sequence[Sense]
 
 
@@ -29,10 +31,41 @@ class HeldOut:
 
     residuals: tuple[Array, ...]
     """(n, dimension) a sense: seen minus predicted by the body alone."""
-    corrected: tuple[Array, ...]
-    """The same with the residual field of the training samples added to the prediction."""
     scores: Array
     """(n_rows,) negative log predictive density of each row, all senses together."""
+    moments: Ints
+    """(n_rows,) number of the posture or moment that a row belongs to."""
+    seen_by: Ints
+    """(n_rows,) which senses a row was seen by: equal numbers, the same senses."""
+    folds: tuple[Ints, ...]
+    """Row numbers of each fold."""
+    fits: tuple[Estimate, ...]
+    """What predicted each fold."""
+
+    def scored_by(self, good: NDArray[np.bool_]) -> HeldOut:
+        """The same with the scores of some rows only, (n_rows,)."""
+        kept = {name: getattr(self, name)[good] for name in ("scores", "moments", "seen_by")}
+        return replace(self, **kept)
+
+    def behind(self, other: HeldOut) -> float:
+        """Mean excess score over another test of the same rows, in standard errors.
+
+        Rows of one posture err together, so their excess is summed before it is squared. A picture
+        tells more than a point, which is no noise: rows vary round the mean of those that the same
+        senses saw (a stratified mean). The fits
+        of k folds share most of their samples; the variance of their mean is larger by
+        1 + k/(k - 1) than if each had seen its own (Nadeau and Bengio 2003).
+        """
+        excess = self.scores - other.scores
+        mean, k = float(np.mean(excess)), len(self.folds)
+        _, stratum, size = np.unique(self.seen_by, return_inverse=True, return_counts=True)
+        round_mean = excess - (np.bincount(stratum, excess) / size)[stratum]
+        # One row alone shows no spread: it counts in full against the mean of all.
+        round_mean = np.where(size[stratum] > 1, round_mean, excess - mean)
+        round_mean *= np.sqrt(size / np.maximum(size - 1, 1))[stratum]
+        together = np.sum(np.bincount(self.moments, round_mean) ** 2)
+        error = float(np.sqrt((1 + k / max(k - 1, 1)) * together)) / len(excess)
+        return mean / error if error > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -53,51 +86,84 @@ class Errors:
         )
 
 
-def folds_of(senses: Senses, folds: int, seed: int) -> list[Array]:
-    """Row numbers of each fold: a seeded shuffle of all rows, cut into equal parts."""
-    rows = np.unique(np.concatenate([sense.rows for sense in senses]))
-    shuffled = rows[np.random.default_rng(seed).permutation(len(rows))]
-    return list(np.array_split(shuffled, min(folds, len(rows))))
+def folds_of(senses: Senses, folds: int, seed: int, body: Body | None = None) -> list[Ints]:
+    """Row numbers of each fold: a seeded shuffle of all moments, cut into about equal parts.
+
+    Args:
+        senses: what was seen.
+        folds: how many; fewer if there are fewer moments.
+        seed: of the shuffle.
+        body: see `moments.postures`.
+    """
+    rows, moment = moments_of(senses, SAME_POSTURE, body)
+    first, sizes = np.unique(moment, return_index=True, return_counts=True)[1:]
+    order = np.argsort(first)[np.random.default_rng(seed).permutation(len(first))]
+    k = min(folds, len(first))
+    # Parts as those of array_split; a moment belongs where its middle row falls.
+    ends = np.cumsum([len(part) for part in np.array_split(rows, k)])
+    middle = np.cumsum(sizes[order]) - (sizes[order] + 1) / 2
+    part = np.empty(len(first), dtype=np.int64)
+    part[order] = np.searchsorted(ends, middle, side="right")
+    shuffled = np.concatenate([np.flatnonzero(moment == m) for m in order])
+    found = [rows[shuffled[part[moment[shuffled]] == i]] for i in range(k)]
+    return [fold for fold in found if len(fold)]
 
 
 def held_out(
     fit: Callable[[Senses], Estimate],
     senses: Senses,
-    folds: Sequence[Array],
-    learner: Solver,
-    field: bool = False,
+    folds: Sequence[Ints],
+    loss: Loss,
+    body: Body | None = None,
 ) -> HeldOut:
     """Fit on all folds but one, predict that one, for every fold.
 
     Args:
         fit: makes a fit from training samples, frames included.
         senses: all samples.
-        folds: row numbers of each fold.
-        learner: its loss scores the held-out samples.
-        field: also learn the residual field (slower).
+        folds: row numbers of each fold, see `folds_of`.
+        loss: scores the held-out samples.
+        body: see `moments.postures`.
     """
-    rows = np.unique(np.concatenate([sense.rows for sense in senses]))
+    rows, moment = moments_of(senses, SAME_POSTURE, body)
     residuals = [np.zeros((len(sense), len(sense.covariance))) for sense in senses]
-    corrected = [np.zeros_like(residual) for residual in residuals]
-    scores = np.zeros(len(rows))
+    scores, fits = np.zeros(len(rows)), []
+    seen_by = sum(np.isin(rows, sense.rows) << i for i, sense in enumerate(senses))
     for fold in folds:
         out = [np.isin(sense.rows, fold) for sense in senses]
-        training = [sense.take(~mask) for sense, mask in zip(senses, out, strict=True)]
-        found = fit(training)
-        body = found.body
-        good = outlier_free(training, found, learner.loss)
+        found = fit([sense.take(~mask) for sense, mask in zip(senses, out, strict=True)])
+        fits.append(found)
         for i, (sense, mask) in enumerate(zip(senses, out, strict=True)):
-            test = sense.take(mask)
-            if not len(test):
+            if not mask.any():
                 continue
-            residual = test.residual(body)
-            residuals[i][mask] = corrected[i][mask] = residual
-            if field and good[i].any():
-                learned = learn_discrepancy(body, training[i], good[i])
-                corrected[i][mask] -= learned.predict(test.q)
-            surprise = _surprise(residual, test, found.levels[i], learner.loss.freedom)
+            test = sense.take(mask)
+            residuals[i][mask] = residual = test.residual(found.body)
+            surprise = _surprise(residual, test, found.levels[i], loss.freedom)
             np.add.at(scores, np.searchsorted(rows, test.rows), surprise)
-    return HeldOut(tuple(residuals), tuple(corrected), scores)
+    return HeldOut(tuple(residuals), scores, moment, np.asarray(seen_by), tuple(folds), tuple(fits))
+
+
+def with_field(test: HeldOut, senses: Senses, loss: Loss) -> tuple[Array, ...]:
+    """Held-out residuals with the residual field of the training samples in the prediction.
+
+    Args:
+        test: with its fits, none of which is made again.
+        senses: what was tested.
+        loss: see `outlier_free`.
+
+    Returns:
+        (n, dimension) a sense.
+    """
+    corrected = [residual.copy() for residual in test.residuals]
+    for fold, found in zip(test.folds, test.fits, strict=True):
+        out = [np.isin(sense.rows, fold) for sense in senses]
+        training = [sense.take(~mask) for sense, mask in zip(senses, out, strict=True)]
+        good = outlier_free(training, found, loss)
+        for i, (sense, mask) in enumerate(zip(senses, out, strict=True)):
+            if mask.any() and good[i].any():
+                learned = learn_discrepancy(found.body, training[i], good[i])
+                corrected[i][mask] -= learned.predict(sense.q[mask])
+    return tuple(corrected)
 
 
 def _surprise(r: Array, sense: Sense, levels: Sequence[float], nu: float) -> Array:

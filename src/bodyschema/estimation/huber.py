@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 Array = NDArray[np.float64]
 
@@ -35,4 +35,4 @@ def gross(dimension: int) -> float:
 @lru_cache
 def _beyond(share: float, dimension: int) -> float:
     """Squared length that a share of standard normal vectors exceeds."""
-    return float(chi2.isf(share, dimension))
+    return float(chdtri(dimension, share))

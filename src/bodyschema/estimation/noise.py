@@ -44,7 +44,7 @@ KAPPA = float(np.log(10.0) ** -2)
 two numbers of data outweigh it."""
 
 SHRINKS, GROWS = -0.5, 1.0
-"""Largest changes of log s in one iteration; the information changes with its square."""
+"""Longest steps of log s; the information changes with its square."""
 
 SURE = 2.0
 """Standard errors of a level by which it must exceed stated noise to be called model error."""
@@ -106,7 +106,7 @@ def first_levels(sense: Sense, body: Body) -> tuple[float, ...]:
 def newton_step(
     theta: Array, counts: Array, squares: Array, coupled: Array, shares: Array, C: Array
 ) -> Array:
-    """Log levels after one Newton step of the marginal likelihood, (K,).
+    """One Newton step of the marginal likelihood on the log levels, (K,).
 
     Args:
         theta: (K,) log levels.
@@ -121,7 +121,7 @@ def newton_step(
     T = np.einsum("cij,bji->cb", told, told, optimize=True)
     g = counts - squares - gamma + KAPPA * theta
     A = 2 * (np.diag(squares + gamma) - coupled - T) + KAPPA * np.eye(len(theta))
-    return np.asarray(theta + np.clip(-np.linalg.solve(A, g), SHRINKS, GROWS))
+    return np.asarray(np.clip(-np.linalg.solve(A, g), SHRINKS, GROWS))
 
 
 def named_levels(senses: Sequence[Sense], levels: Sequence[Sequence[float]]) -> dict[str, float]:

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
-from scipy.special import fdtr, gammainc
+from scipy.special import fdtr, fdtri, gammainc, gammaincinv
 
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import SAYS_LITTLE
@@ -72,9 +72,7 @@ def predict_error(
     J = D.by_parameter
     covariance = J @ estimate.covariance @ np.swapaxes(J, 1, 2)
     parts = [covariance[:, :3, :3], covariance[:, 3:, 3:]]
-    bounds = [
-        np.array([length_quantile([S], freedom, probability) for S in part]) for part in parts
-    ]
+    bounds = [length_quantiles(part, freedom, probability) for part in parts]
     overall = [length_quantile(list(part), freedom, probability) for part in parts]
     return PredictedError(seen_from, seen, bounds[0], bounds[1], overall[0], overall[1])
 
@@ -87,6 +85,20 @@ def degrees_of_freedom(fit: Estimate, senses: Sequence[Sense]) -> float:
     return float(max(numbers - int(np.sum(told >= SAYS_LITTLE)), 1))
 
 
+def length_quantiles(covariances: Array, freedom: float, probability: float) -> Array:
+    """Length that a Gaussian vector stays below, for each of these covariances, (n,).
+
+    Args:
+        covariances: (n, d, d).
+        freedom: degrees of freedom of their common scale; inf when it is known.
+        probability: of staying below.
+    """
+    mean, h = _matched(covariances)
+    known = np.isinf(freedom)
+    ratio = 2 * gammaincinv(h / 2, probability) / h if known else fdtri(h, freedom, probability)
+    return np.asarray(np.sqrt(np.maximum(mean, 0.0) * ratio))
+
+
 def length_quantile(covariances: Sequence[Array], freedom: float, probability: float) -> float:
     """Length that a Gaussian vector, with one of these covariances at random, stays below.
 
@@ -95,12 +107,10 @@ def length_quantile(covariances: Sequence[Array], freedom: float, probability: f
         freedom: degrees of freedom of their common scale; inf when it is known.
         probability: of staying below.
     """
-    S = np.asarray(covariances)
-    mean = np.trace(S, axis1=1, axis2=2)
-    square = np.trace(S @ S, axis1=1, axis2=2)
+    mean, h = _matched(np.asarray(covariances))
     if mean.max(initial=0.0) <= 0:
         return 0.0
-    mean, h = np.maximum(mean, 1e-300), np.maximum(mean**2 / np.maximum(square, 1e-300), 1.0)
+    mean = np.maximum(mean, 1e-300)
 
     def below(log_length: float) -> float:
         ratio = np.exp(2 * log_length) / mean
@@ -111,3 +121,10 @@ def length_quantile(covariances: Sequence[Array], freedom: float, probability: f
 
     centre = 0.5 * np.log(mean.max())
     return float(np.exp(brentq(below, centre - 15, centre + 15)))
+
+
+def _matched(covariances: Array) -> tuple[Array, Array]:
+    """Mean of the squared length, and h of the chi-square that has its mean and variance, (n,)."""
+    mean = np.trace(covariances, axis1=1, axis2=2)
+    square = np.trace(covariances @ covariances, axis1=1, axis2=2)
+    return mean, np.maximum(mean**2 / np.maximum(square, 1e-300), 1.0)

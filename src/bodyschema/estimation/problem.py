@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -69,10 +70,22 @@ class Problem:
                 free.append(free_frame(self.body, frame, *ROUGHLY, only=seen))
         return join(*free, *(free_part(self.body, part, some) for part, some in self.parts.items()))
 
+    @cached_property
+    def begun(self) -> Body:
+        """The body with the unknown frames and the free parts where all samples say, roughly."""
+        return start_frames(self.body, (*self.unknown, *self.parts), self.senses)
+
     def fit(self, variables: Variables, senses: Senses) -> Estimate:
         """Place the unknown frames and begin the free parts by closed form, then fit."""
+        if senses is self.senses:
+            return self.learner.fit(self.begun, variables, senses)
         body = start_frames(self.body, (*self.unknown, *self.parts), senses)
         return self.learner.fit(body, variables, senses)
+
+    def again(self, whole: Estimate, senses: Senses) -> Estimate:
+        """Fit a part of the samples, beginning where all of them have led."""
+        start, levels = whole.x, whole.levels
+        return self.learner.fit(whole.reference, whole.variables, senses, start, levels)
 
     def _shown(self, frame: str) -> frozenset[str]:
         """The components of a frame's placement on which anything seen depends."""

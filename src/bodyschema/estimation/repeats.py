@@ -24,10 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.estimation.descent import State, covariance
+from bodyschema.estimation.moments import postures
 from bodyschema.estimation.objective import Objective
-from bodyschema.model.kinematics import path_between
-from bodyschema.model.tree import Body
-from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -37,40 +35,15 @@ LEAST_LEFT = 0.1
 said of rho; below it all samples count in full."""
 
 
-def postures(body: Body, senses: Sequence[Sense], same: float) -> tuple[Ints, ...]:
-    """Number of the posture of each sample, (n,) a sense; samples of equal postures share one.
-
-    Args:
-        body: whose joints they are.
-        senses: what was seen.
-        same: rad or m; samples are of one posture when no reading of a joint between the frames of
-            the senses differs by more, or when other samples lead from one to the other.
-    """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    pairs = [path_between(body, *pair)[0] for sense in senses for pair in sense.pairs]
-    joints = sorted({int(j) for path in pairs for j in body.driver[path] if j >= 0})
-    q = np.concatenate([sense.q for sense in senses])[:, joints]
-    # Where a robot rests thousands of readings differ by a tick: one of each cell is compared.
-    _, first, cell = np.unique(np.floor(q / same), axis=0, return_index=True, return_inverse=True)
-    near = cKDTree(q[first]).query_pairs(same, np.inf, output_type="ndarray")
-    links = coo_array((np.ones(len(near)), near.T), shape=(len(first), len(first)))
-    found = connected_components(links, directed=False)[1][cell.ravel()]
-    ends = np.cumsum([len(sense) for sense in senses])[:-1]
-    return tuple(np.split(found.astype(np.int64), ends))
-
-
 def worth(objective: Objective, state: State, same: float) -> tuple[Array, ...]:
     """u of each sample, (n,) a sense, from the residuals of a finished fit.
 
     Args:
         objective: what was fitted.
         state: where its descent came to rest.
-        same: see `postures`.
+        same: rad or m, see `moments.postures`.
     """
-    posture = postures(objective.reference, objective.senses, same)
+    posture = postures(objective.senses, same, objective.reference)
     found = [np.ones(len(sense)) for sense in objective.senses]
     kinds: dict[object, list[int]] = {}
     for i, sense in enumerate(objective.senses):

@@ -5,7 +5,7 @@
 by the iterations of `descent`, until neither moves. Then, each from where the last has come to
 rest:
 
-    associate   senses that choose correspondences choose them anew
+    associate   senses that choose correspondences choose them anew, until that moves nothing
     repeats     samples of one posture are counted for what they are worth
     gate        outliers are taken out; each sense gets the nu that its good samples ask for
 
@@ -27,6 +27,7 @@ from bodyschema.estimation.descent import State, begin, covariance, iterate, res
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.gate import judge, masked
 from bodyschema.estimation.loss import Loss, Mask, fisher_share
+from bodyschema.estimation.moments import SAME_POSTURE
 from bodyschema.estimation.noise import model_error, named_levels
 from bodyschema.estimation.normal_equations import information
 from bodyschema.estimation.objective import Objective
@@ -37,8 +38,8 @@ from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
-ASSOCIATIONS = 20
-"""Most times that correspondences are chosen anew."""
+ASSOCIATIONS, PATIENT = 20, 10
+"""Most times that correspondences are chosen anew, and those in which they may still settle."""
 
 NOT_ARRIVED = 0.05
 """Chance that a learner as far off as its error bars say is told that it has not arrived."""
@@ -46,8 +47,9 @@ NOT_ARRIVED = 0.05
 ROUGHLY = 0.01
 """Tolerance of a descent whose end is only looked at before the next one."""
 
-NEARLY = 0.01
-"""Posterior standard deviations: correspondences that move the fit by less are the last ones."""
+NEARLY, CIRCLE = 0.01, 1.0
+"""Posterior standard deviations: correspondences that move the fit by less are the last ones. Some
+go round in a circle in the end, which within the second is as good as rest."""
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,8 @@ class Solver:
     and no log level by more."""
     learn_levels: bool = True
     """Estimate noise levels; otherwise the senses' own covariances are taken as they are."""
-    same_posture: float = 1e-4
-    """rad or m: readings that are nearer to each other belong to one posture. A tenth of a
-    millimetre at a metre: what the model gets wrong is the same for both."""
+    same_posture: float = SAME_POSTURE
+    """rad or m: readings that are nearer to each other belong to one posture."""
 
     def fit(
         self,
@@ -93,17 +94,17 @@ class Solver:
         x = np.zeros(len(variables)) if start is None else np.array(start, dtype=np.float64)
         theta = self._first_levels(objective, x, levels)
         roughly = max(self.tolerance, ROUGHLY)
-        run = self._rest(_Run(objective, begin(objective, x, theta)), roughly)
+        run = self._associated(_Run(objective, begin(objective, x, theta)), roughly)
         shares = worth(run.objective, run.state, self.same_posture)
         if any((u < 1).any() for u in shares):
             counted = replace(run.objective, worth=shares)
-            run = self._rest(run.over(counted, run.state.theta), roughly)
+            run = self._descend(run.over(counted, run.state.theta), roughly)
         judged = judge(run.objective, run.state, self.loss, self.learn_levels)
         if self.loss.adapt and np.isfinite(self.loss.freedom):
             kept = masked(run.objective.worth, judged.good)
             good_only = replace(run.objective, worth=kept, freedom=judged.freedom)
             run = run.over(good_only, judged.theta)
-        return _estimate(self._rest(run, self.tolerance), judged.good)
+        return _estimate(self._descend(run, self.tolerance), judged.good)
 
     def at(
         self, reference: Body, variables: Variables, senses: Sequence[Sense], x: Array
@@ -149,21 +150,25 @@ class Solver:
             return noise.theta(levels)
         return noise.first(objective.reference.with_variables(objective.variables, x))
 
-    def _rest(self, run: _Run, tolerance: float) -> _Run:
-        """Descend until nothing moves, with correspondences that no longer change."""
+    def _associated(self, run: _Run, tolerance: float) -> _Run:
+        """Descend until nothing moves, with correspondences that no longer change.
+
+        They are kept from then on: what samples are worth and which are outliers is theirs.
+        """
         run = self._descend(run, tolerance)
-        for _ in range(ASSOCIATIONS):
-            x, senses = run.state.place.x, run.objective.senses
-            body = run.objective.reference.with_variables(run.objective.variables, x)
-            again = tuple(sense.associate(body) for sense in senses)
-            if all(new is old for new, old in zip(again, senses, strict=True)):
+        for turn in range(ASSOCIATIONS):
+            x, old = run.state.place.x, run.objective
+            body = old.reference.with_variables(old.variables, x)
+            again = tuple(sense.associate(body) for sense in old.senses)
+            if all(new is sense for new, sense in zip(again, old.senses, strict=True)):
                 return run
-            objective = replace(run.objective, senses=again)
+            objective = self._objective(old.reference, old.variables, again)
             run = self._descend(run.over(objective, run.state.theta), tolerance)
             C = covariance(objective, run.state.shares, run.state.theta)
-            if (np.abs(run.state.place.x - x) <= NEARLY * np.sqrt(np.diag(C))).all():
+            moved = float(np.max(np.abs(run.state.place.x - x) / np.sqrt(np.diag(C)), initial=0.0))
+            if moved <= (NEARLY if turn < PATIENT else CIRCLE):
                 return run
-        return replace(run, settled=False)
+        return replace(run, arrived=False)
 
     def _descend(self, run: _Run, tolerance: float) -> _Run:
         state = run.state
@@ -183,6 +188,8 @@ class _Run:
     state: State
     iterations: int = 0
     settled: bool = False
+    arrived: bool = True
+    """Whether correspondences no longer change."""
 
     def over(self, objective: Objective, theta: Array) -> _Run:
         """The same place under another objective."""
@@ -209,7 +216,7 @@ def _estimate(run: _Run, good: Sequence[Mask]) -> Estimate:
         levels=levels,
         weights=weights,
         iterations=run.iterations,
-        converged=run.settled,
+        converged=run.settled and run.arrived,
         freedom=objective.freedom,
         outliers=tuple(~mask for mask in good),
         model_error=model_error(objective.senses, levels),

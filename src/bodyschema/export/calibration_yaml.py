@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
-from bodyschema.errors import InputError
 from bodyschema.export.documents import rounded, versions, yaml_text
 from bodyschema.export.load_entry import load_entries
 from bodyschema.judging.accuracy import Accuracy
@@ -17,9 +14,6 @@ from bodyschema.judging.calibration import Calibration, Candidate
 
 OPEN = 0.5
 """Share of a parameter's prior variance in open directions above which it is not determined."""
-
-NEEDED = ("verdict", "explanation", "held_out", "parameters", "not_determined", "outlier_rows")
-"""Entries that only a calibration has."""
 
 HEADING = """\
 What a calibration found, written by bodyschema.
@@ -38,32 +32,6 @@ combined_with names the parameters that it cannot be told apart from."""
 def calibration_text(calibration: Calibration, notes: Sequence[str] = ()) -> str:
     """calibration.yaml; see `calibration_document`."""
     return yaml_text(calibration_document(calibration, notes), HEADING)
-
-
-def read_document(result: Path) -> dict[str, Any]:
-    """The document of a result, from its calibration.yaml.
-
-    Args:
-        result: the folder that `calibrate` wrote, or its calibration.yaml.
-
-    Raises:
-        InputError: there is no calibration, or it is something else.
-    """
-    path = result / "calibration.yaml" if result.is_dir() else result
-    if not path.is_file():
-        raise InputError(
-            f"no calibration.yaml in '{result}'; name the folder that calibrate wrote."
-        )
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-        missing = [key for key in NEEDED if key not in document]
-    except (OSError, ValueError, TypeError, yaml.YAMLError) as error:
-        raise InputError(
-            f"'{path}' is no calibration ({type(error).__name__}); calibrate again."
-        ) from None
-    if missing:
-        raise InputError(f"'{path}' is no calibration (no '{missing[0]}'); calibrate again.")
-    return dict(document)
 
 
 def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) -> dict[str, Any]:

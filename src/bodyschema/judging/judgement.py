@@ -1,7 +1,8 @@
 """Judgement: which model the held-out samples speak for, and the answer that it gives.
 
-1. Each model is judged by k-fold held-out predictive density; the simplest that the best does not
-   beat by two standard errors is taken, unless the user has chosen.
+1. Each model is judged by k-fold held-out predictive density over the rows that are no outliers;
+   the simplest that the best does not beat by two standard errors is taken, unless the user has
+   chosen.
 2. The chosen model is fitted to all samples, with noise levels and robust weights.
 3. The answer carries held-out errors before and after, what the data cannot tell, outlier rows,
    a test of the clocks, and whether it is good enough to be written to a robot.
@@ -19,14 +20,20 @@ from bodyschema.estimation.agreement import within_prediction
 from bodyschema.estimation.clock import check_clock
 from bodyschema.estimation.discrepancy import learn_discrepancy
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.held_out import HeldOut, folds_of, held_out, outlier_free
+from bodyschema.estimation.held_out import (
+    HeldOut,
+    folds_of,
+    held_out,
+    outlier_free,
+    with_field,
+)
 from bodyschema.estimation.identifiability import (
     identifiability,
     random_postures,
 )
 from bodyschema.estimation.prediction import PredictedError, degrees_of_freedom, predict_error
 from bodyschema.estimation.problem import Problem
-from bodyschema.judging.accuracy import Accuracy, change_in_words, main_in_words
+from bodyschema.judging.accuracy import Accuracy, change_in_words, in_words, main_in_words
 from bodyschema.judging.calibration import (
     Calibration,
     Candidate,
@@ -34,6 +41,7 @@ from bodyschema.judging.calibration import (
     describe_groups,
 )
 from bodyschema.judging.one_pass import Fitting
+from bodyschema.judging.telling import Telling, untold
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
@@ -53,6 +61,7 @@ def judged(
     folds: int,
     seed: int,
     progress: Callable[[str], None],
+    again: Callable[[Estimate, Sequence[Sense]], Estimate] | None = None,
 ) -> Calibration:
     """Test the models on held-out samples and answer with the chosen one, or with the last.
 
@@ -64,31 +73,48 @@ def judged(
         folds: of the held-out test.
         seed: of the folds.
         progress: told what is being done.
+        again: fits a part of the samples, given the fit to all; anew with `fitted` when None.
     """
     begin = time.perf_counter()
-    body, senses = problem.body, problem.senses
-    cut = folds_of(senses, folds, seed)
+    body, senses, loss = problem.body, problem.senses, problem.learner.loss
+    cut = folds_of(senses, folds, seed, body)
 
-    def judge(model: Sequence[str], fit: Fitting, roughly: bool, field: bool = False) -> HeldOut:
+    def judge(whole: Estimate, fit: Fitting) -> HeldOut:
+        def part(some: Sequence[Sense]) -> Estimate:
+            return again(whole, some) if again else fit(whole.variables, some)
+
+        return held_out(part, senses, cut, loss, body)
+
+    fits, tests = {}, {}
+    for model in dict.fromkeys(models):
         progress(f"{folds}-fold test of {describe_groups(model)}")
-        variables = problem.variables(model, roughly)
-        return held_out(lambda s: fit(variables, s), senses, cut, problem.learner, field)
-
-    tests = {model: judge(model, fitted, True) for model in dict.fromkeys(models)}
+        fits[model] = fitted(problem.variables(model), senses)
+        tests[model] = judge(fits[model], fitted)
     # The largest model leaves the least geometry in the residuals: it tells outliers and lateness.
-    fullest = fitted(problem.variables(models[-1]), senses)
-    good = outlier_free(senses, fullest, problem.learner.loss)
+    fullest = fits[models[-1]]
+    good = outlier_free(senses, fullest, loss)
     outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
-    candidates = _candidates(problem, tests, senses, good)
-    chosen = _choose(tests, candidates) if choose else models[-1]
-    modelled = judge((), problem.fit, False)
+    rows = np.unique(np.concatenate([sense.rows for sense in senses]))
+    kept = ~np.isin(rows, list(outliers))
+    scored = {model: test.scored_by(kept) for model, test in tests.items()}
+    candidates = _candidates(problem, scored, senses, good)
+    chosen = _choose(scored, candidates) if choose else models[-1]
+    still = problem.variables((), False)
+    if again and () in fits and still.names == fits[()].variables.names:
+        modelled = tests[()]
+    else:
+        progress(f"{folds}-fold test of the robot as modelled")
+        modelled = judge(problem.fit(still, senses), problem.fit)
     nominal = Accuracy.of(senses, modelled.residuals, good)
-    final = judge(chosen, fitted, True, field=True)
+    fit, final = fits[chosen], tests[chosen]
     corrected = Accuracy.of(senses, final.residuals, good)
-    progress("fit to all samples")
-    fit = fullest if chosen == models[-1] else fitted(problem.variables(chosen), senses)
+    progress("residual fields")
     anywhere = random_postures(body, ANYWHERE, np.random.default_rng(seed))
-    verdict, explanation = _verdict(chosen, nominal, candidates[0].accuracy, corrected)
+    sure = scored[models[0]].behind(scored[chosen]) >= CONVINCING
+    verdict, explanation = _verdict(chosen, sure, nominal, candidates[0].accuracy, corrected)
+    unknown = untold(fit, fullest, senses, anywhere) if verdict == "calibrated" else None
+    if unknown is not None:
+        verdict, explanation = "refused", f"{explanation} {_untold(unknown)}"
     return Calibration(
         verdict=verdict,
         explanation=explanation,
@@ -97,7 +123,7 @@ def judged(
         candidates=candidates,
         nominal=nominal,
         held_out=corrected,
-        with_field=Accuracy.of(senses, final.corrected, good),
+        with_field=Accuracy.of(senses, with_field(final, senses, loss), good),
         nominal_residuals=modelled.residuals,
         residuals=final.residuals,
         fields={
@@ -110,7 +136,7 @@ def judged(
         identifiability=identifiability(fit, senses, seed),
         outliers=tuple(sorted(outliers)),
         clock=check_clock(fullest, senses, seed),
-        n_rows=len(final.scores),
+        n_rows=len(rows),
         seconds=time.perf_counter() - begin,
     )
 
@@ -151,14 +177,7 @@ def _choose(
     frames = candidates[0].accuracy
     eligible = [c.groups for c in candidates if not c.accuracy.worse_than(frames)]
     best = min((tests[model] for model in eligible), key=lambda test: float(np.mean(test.scores)))
-    return next(model for model in eligible if _behind(tests[model], best) < CONVINCING)
-
-
-def _behind(test: HeldOut, other: HeldOut) -> float:
-    """Mean excess score of a test over another, in standard errors of the paired difference."""
-    excess = test.scores - other.scores
-    error = float(np.std(excess) / np.sqrt(len(excess)))
-    return float(np.mean(excess)) / error if error > 0 else 0.0
+    return next(model for model in eligible if tests[model].behind(best) < CONVINCING)
 
 
 def _candidates(
@@ -173,20 +192,30 @@ def _candidates(
             groups=model,
             n_parameters=len(problem.variables(model)),
             score=float(np.mean(test.scores)),
-            behind=_behind(test, best),
+            behind=test.behind(best),
             accuracy=Accuracy.of(senses, test.residuals, good),
         )
         for model, test in tests.items()
     )
 
 
+def _untold(unknown: Telling) -> str:
+    """What the senses leave open although the fit suits them better, in words."""
+    return (
+        f"But what was seen does not tell where '{unknown.seen}' is: the correction moves it by "
+        f"{in_words(unknown.moved, 'm')} rms seen from '{unknown.seen_from}', and is known to "
+        f"{in_words(unknown.stated, 'm')} there. Add a sense that sees it, or wider postures."
+    )
+
+
 def _verdict(
-    chosen: tuple[str, ...], nominal: Accuracy, frames: Accuracy, corrected: Accuracy
+    chosen: tuple[str, ...], sure: bool, nominal: Accuracy, frames: Accuracy, corrected: Accuracy
 ) -> tuple[Verdict, str]:
     """Whether the held-out error speaks for the corrected body.
 
     Args:
         chosen: the model that was fitted.
+        sure: whether it predicts convincingly better than the frames alone.
         nominal: accuracy of the robot as modelled.
         frames: with the frames alone fitted.
         corrected: of the corrected body.
@@ -196,6 +225,12 @@ def _verdict(
             f"Fitting {describe_groups(chosen)} makes the held-out error worse: "
             f"{main_in_words(corrected)} rms, against {main_in_words(nominal)} as modelled and "
             f"{main_in_words(frames)} with the frames alone."
+        )
+    if chosen and not sure:
+        return "refused", (
+            f"Fitting {describe_groups(chosen)} does not make the held-out error convincingly "
+            f"better: {main_in_words(corrected)} rms, against {main_in_words(frames)} with the "
+            "frames alone."
         )
     if chosen:
         return "calibrated", (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,11 @@ from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import Part, fit_payload
 from bodyschema.senses.wrench_means import Averaging, WrenchMeans, postures
 from bodyschema.senses.wrist_columns import WristRecording, WristTable
-from bodyschema.senses.wrist_declaration import SensorPlace, WristDeclaration
+from bodyschema.senses.wrist_declaration import (
+    MotionReading,
+    SensorPlace,
+    WristDeclaration,
+)
 from bodyschema.senses.wrist_samples import WristSamples
 
 TURN_STD = {"exactly": 1e-6, "roughly": float(np.radians(5)), "no": float(np.inf)}
@@ -50,35 +54,34 @@ SWAPPED = {
 """Layouts that are taken for each other."""
 
 
-@dataclass(frozen=True)
-class MotionReading:
-    """How the motion of a recording is read."""
+def is_moving(motion: MotionReading, read: WristRecording) -> bool:
+    """Whether rows are moments of a motion that can be followed."""
+    if motion.kind != "auto":
+        return motion.kind == "moving"
+    step = float(np.median(np.diff(read.samples.time)))
+    return read.moving and step <= SLOWEST
 
-    kind: str = "auto"
-    """"moving", "postures" (every row at rest), or "auto": by the clock."""
-    window: float = 0.5
-    """s that are averaged."""
-    down: tuple[float, ...] = (0.0, 0.0, -9.81)
-    """m/s^2, gravity in the base."""
 
-    def moving(self, read: WristRecording) -> bool:
-        """Whether rows are moments of a motion that can be followed."""
-        if self.kind != "auto":
-            return self.kind == "moving"
-        step = float(np.median(np.diff(read.samples.time)))
-        return read.moving and step <= SLOWEST
+def load_means(
+    motion: MotionReading, samples: WristSamples, moving: bool, sensor: SensorPlace
+) -> WrenchMeans:
+    """Wrenches and regressors: of windows of a motion, or of postures at rest.
 
-    def means(self, samples: WristSamples, moving: bool, sensor: SensorPlace) -> WrenchMeans:
-        """Wrenches and regressors: of windows of a motion, or of postures at rest."""
-        if moving:
-            return Averaging(self.window).means(samples)
-        made = postures(samples)
-        noise = made.std.copy()
-        if sensor.noise_N is not None:
-            noise[:3] = sensor.noise_N
-        if sensor.noise_Nm is not None:
-            noise[3:] = sensor.noise_Nm
-        return replace(made, std=noise)
+    Args:
+        motion: how the recording is read.
+        samples: of it.
+        moving: whether they are of a motion.
+        sensor: with its noise at rest, if it is known.
+    """
+    if moving:
+        return Averaging(motion.window).means(samples)
+    made = postures(samples)
+    noise = made.std.copy()
+    if sensor.noise_N is not None:
+        noise[:3] = sensor.noise_N
+    if sensor.noise_Nm is not None:
+        noise[3:] = sensor.noise_Nm
+    return replace(made, std=noise)
 
 
 def load_learner(declared: WristDeclaration) -> LoadLearner:
@@ -131,7 +134,7 @@ def better_declaration(
         return ""
     for words, trial in other_declarations(declared).items():
         try:
-            means = motion.means(table.read(trial).samples, moving, trial.sensor)
+            means = load_means(motion, table.read(trial).samples, moving, trial.sensor)
             fit = fit_payload([Part(means, ("load",))], load_learner(trial))
         except InputError:
             continue

@@ -6,6 +6,7 @@ All functions accept q of shape (*batch, n_joints): encoder readings in the orde
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,10 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.errors import InputError
 from bodyschema.model import kernels
 from bodyschema.model.tree import Body
-from bodyschema.model.variables import Variables, free_joints
+from bodyschema.model.variables import Variables
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+NOTHING, NOWHERE = np.empty(0, np.int64), np.empty((0, 3))
+"""Codes, indices and directions of no parameters."""
 
 
 @dataclass(frozen=True)
@@ -68,37 +72,44 @@ def relative_pose_derivatives(
         b: the frame that is looked at.
     """
     body, direction = reference.deviate(variables, x)
+    return _derivatives(body, q, a, b, variables.code, variables.index, direction)
+
+
+def frame_jacobian(body: Body, q: ArrayLike, a: str, b: str) -> Array:
+    """Geometric Jacobian of T_a_b with respect to q, (*batch, 6, n_joints), in frame a at b."""
+    return _derivatives(body, q, a, b, NOTHING, NOTHING, NOWHERE).by_joint
+
+
+def _derivatives(
+    body: Body, q: ArrayLike, a: str, b: str, code: Ints, index: Ints, direction: Array
+) -> PoseDerivatives:
+    """Of a body by the joints and by parameters that the arrays describe; see `kernels`."""
     theta, readings, batch = _joint_values(body, q)
     path, climbed = path_between(body, a, b)
     n = len(theta)
-    pose = np.zeros((n, 4, 4))
+    pose = np.empty((n, 4, 4))
     by_joint = np.zeros((n, 6, len(body.joints)))
-    by_parameter = np.zeros((n, 6, len(variables)))
+    by_parameter = np.zeros((n, 6, len(code)))
     kernels.relative_pose_derivatives(
         path, climbed, body.kind, body.axis, body.placement, body.driver, body.rate,
-        theta, readings, variables.code, variables.index, direction,
-        pose, by_joint, by_parameter,
+        theta, readings, code, index, direction, pose, by_joint, by_parameter,
     )  # fmt: skip
     by_joint *= 1 + body.gear
     return PoseDerivatives(
         pose.reshape(*batch, 4, 4),
         by_joint.reshape(*batch, 6, len(body.joints)),
-        by_parameter.reshape(*batch, 6, len(variables)),
+        by_parameter.reshape(*batch, 6, len(code)),
     )
-
-
-def frame_jacobian(body: Body, q: ArrayLike, a: str, b: str) -> Array:
-    """Geometric Jacobian of T_a_b with respect to q, (*batch, 6, n_joints), in frame a at b."""
-    return relative_pose_derivatives(body, free_joints(body, ()), np.empty(0), q, a, b).by_joint
 
 
 def path_between(body: Body, a: str, b: str) -> tuple[Ints, int]:
     """Nodes from a up to the meeting node (left out) and down to b, and how many go up."""
-    return _path(tuple(body.parent.tolist()), body.frame_index(a), body.frame_index(b))
+    return _path(body.parent.tobytes(), body.frame_index(a), body.frame_index(b))
 
 
 @lru_cache(maxsize=1024)
-def _path(parent: tuple[int, ...], a: int, b: int) -> tuple[Ints, int]:
+def _path(parents: bytes, a: int, b: int) -> tuple[Ints, int]:
+    parent = np.frombuffer(parents, dtype=np.int64).tolist()
     above_a, above_b = _line(parent, a), _line(parent, b)
     while above_a and above_b and above_a[-1] == above_b[-1]:
         above_a, above_b = above_a[:-1], above_b[:-1]
@@ -107,7 +118,7 @@ def _path(parent: tuple[int, ...], a: int, b: int) -> tuple[Ints, int]:
     return path, len(above_a)
 
 
-def _line(parent: tuple[int, ...], node: int) -> list[int]:
+def _line(parent: Sequence[int], node: int) -> list[int]:
     """The node and everything above it but the root, which has no joint."""
     line = []
     while parent[node] >= 0:

@@ -18,6 +18,7 @@ and t', t'', p'' follow by differences of the twist along the motion.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,24 +82,35 @@ def frame_motion(body: Body, motion: Motion, frame: str) -> FrameMotion:
         motion: of its joints.
         frame: whose motion it is.
     """
-    n = len(motion.q)
-    a, w, dw = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
-    path, _ = path_between(body, body.frames[0], frame)
-    for k in path:
-        parent, joint = body.frames[body.parent[k]], body.driver[k]
-        T = relative_pose(body, motion.q, parent, body.frames[k])
-        R, r = T[:, :3, :3], T[:, :3, 3]
-        a = own(R, a + np.cross(dw, r) + np.cross(w, np.cross(w, r)))
-        w, dw = own(R, w), own(R, dw)
-        if body.kind[k] == FIXED:
-            continue
-        scale = body.rate[k] * (1 + body.gear[joint]) * body.axis[k]
-        speed, rise = motion.dq[:, joint, None] * scale, motion.ddq[:, joint, None] * scale
-        if body.kind[k] == REVOLUTE:
-            w, dw = w + speed, dw + np.cross(w, speed) + rise
-        else:
-            a = a + 2 * np.cross(w, speed) + rise
-    return FrameMotion(a, w, dw)
+    return frame_motions(body, motion, [frame])[frame]
+
+
+def frame_motions(body: Body, motion: Motion, frames: Sequence[str]) -> dict[str, FrameMotion]:
+    """The same of several frames, by name; what lies on the way to them is walked once."""
+    root, still = body.frames[0], np.zeros((len(motion.q), 3))
+    known = {root: FrameMotion(still, still, still)}
+    for frame in frames:
+        for k in path_between(body, root, frame)[0]:
+            if body.frames[k] not in known:
+                parent = body.frames[body.parent[k]]
+                known[body.frames[k]] = _carried(body, motion, known[parent], parent, int(k))
+    return {frame: known[frame] for frame in frames}
+
+
+def _carried(body: Body, motion: Motion, before: FrameMotion, parent: str, k: int) -> FrameMotion:
+    """The motion of frame k from that of its parent."""
+    T = relative_pose(body, motion.q, parent, body.frames[k])
+    R, r, w = T[:, :3, :3], T[:, :3, 3], before.w
+    a = own(R, before.a + np.cross(before.dw, r) + np.cross(w, np.cross(w, r)))
+    w, dw = own(R, w), own(R, before.dw)
+    if body.kind[k] == FIXED:
+        return FrameMotion(a, w, dw)
+    joint = body.driver[k]
+    scale = body.rate[k] * (1 + body.gear[joint]) * body.axis[k]
+    speed, rise = motion.dq[:, joint, None] * scale, motion.ddq[:, joint, None] * scale
+    if body.kind[k] == REVOLUTE:
+        return FrameMotion(a, w + speed, dw + np.cross(w, speed) + rise)
+    return FrameMotion(a + 2 * np.cross(w, speed) + rise, w, dw)
 
 
 def motion_derivatives(

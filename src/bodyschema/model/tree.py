@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema import lie
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model import chart
-from bodyschema.model.kernels import FIXED, PART, REVOLUTE
+from bodyschema.model.kernels import FIXED, REVOLUTE
 from bodyschema.model.parts import Part
 from bodyschema.model.variables import Variables
 
@@ -248,13 +248,16 @@ class Body:
             variables.code, variables.index, variables.component, v, self.tangents,
             axis, placement, gear, offset, direction,
         )  # fmt: skip
-        parts = dict(self.parts)
-        if (variables.code >= PART).any():
-            for name in parts:
-                columns, numbers = variables.of_part(name)
-                parts[name] = parts[name].moved(numbers, v[columns])
-        moved = replace(self, gear=gear, offset=offset, axis=axis, placement=placement, parts=parts)
-        return moved, direction
+        parts = self.parts
+        if variables.has_parts:
+            free = ((name, variables.of_part(name)) for name in parts)
+            parts = {name: parts[name].moved(at, v[columns]) for name, (columns, at) in free}
+        changed = {"gear": gear, "offset": offset, "axis": axis, "placement": placement}
+        # `dataclasses.replace` looks at all twenty fields, in every step of a filter.
+        body = object.__new__(Body)
+        vars(body).update(vars(self), **changed, parts=parts)
+        vars(body).pop("tangents", None)
+        return body, direction
 
     @cached_property
     def tangents(self) -> Array:

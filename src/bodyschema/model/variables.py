@@ -83,6 +83,11 @@ class Variables:
         return self._parts.get(part, _NO_PART)
 
     @cached_property
+    def has_parts(self) -> bool:
+        """Whether any number of a part is free."""
+        return bool((self.code >= PART).any())
+
+    @cached_property
     def _parts(self) -> dict[str, tuple[Ints, Ints]]:
         columns: dict[str, list[int]] = {}
         for i in np.flatnonzero(self.code == PART):

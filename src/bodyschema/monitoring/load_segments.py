@@ -22,6 +22,7 @@ from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import Part
 from bodyschema.monitoring.monitor import Monitor
 from bodyschema.senses.wrench_means import Averaging, WrenchMeans
+from bodyschema.senses.wrist_declaration import LoadSegments
 from bodyschema.senses.wrist_samples import WristSamples
 
 CHANGES = ("grasp", "release", "swap", "shift")
@@ -42,15 +43,6 @@ class Happening:
     event: str
     mass: float | None
     """kg, as soon as it was known again."""
-
-
-@dataclass(frozen=True)
-class LoadSegments:
-    """Which times belong to the gripper alone, and which to gripper and object."""
-
-    empty: tuple[Any, ...] = ()
-    """(from, to) in s, or a list of such pairs."""
-    loaded: tuple[Any, ...] = ()
 
 
 def watched_events(means: WrenchMeans, learner: LoadLearner) -> tuple[Happening, ...]:

@@ -37,6 +37,7 @@ HEADINGS = {
     "touch": "What touches the wrist's load",
     "track": "{} tracked without markers",
     "find-body": "What of the picture is me",
+    "hand-eye": "Hand and eye",
 }
 """Of answers that are no calibration, by verb; with the robot's name."""
 
@@ -56,7 +57,7 @@ def report_html(
         nominal: the robot as described, without the frames that were attached.
         senses: what was seen, as it was given to `calibrate`.
         run: what was asked, with versions and hashes; see `export.result_folder.run_record`.
-        more: further sections, of a sense or of a verb.
+        more: further sections, of a verb; those of the senses come before them.
         heading: of the page, of an answer that is no calibration.
 
     Raises:
@@ -74,6 +75,7 @@ def report_html(
     sections = [
         Verdict(evidence),
         *(seen if senses else []),
+        *(section for sense in senses for section in sense.sections(evidence)),
         *more,
         *(known if len(calibration.estimate.variables) else []),
         *([Coverage(evidence)] if senses else []),

@@ -67,7 +67,7 @@ class Residuals:
         for i, sense in enumerate(evidence.senses):
             for name, unit, _ in sense.components:
                 before, after = (
-                    np.maximum(e, SMALLEST[unit]) * read_as(unit)[0]
+                    np.maximum(e, SMALLEST.get(unit, SMALLEST_OTHER)) * read_as(unit)[0]
                     for e in evidence.errors(name)[i]
                 )
                 panels.append(

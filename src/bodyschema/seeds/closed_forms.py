@@ -14,6 +14,9 @@ from bodyschema.lie import nearest_rotation
 
 Array = NDArray[np.float64]
 
+RELATIVE_ROUNDING = 1e-13
+"""Singular value, relative to the largest, below which a direction is not told."""
+
 
 def align_points(source: Array, target: Array, weights: Array) -> Array:
     """The transform T that minimises sum w |T source - target|^2 (Kabsch 1976; Umeyama 1991).
@@ -30,10 +33,10 @@ def align_points(source: Array, target: Array, weights: Array) -> Array:
 
 
 def mean_transform(transforms: Array, weights: Array) -> Array:
-    """Chordal mean of (n, 4, 4) transforms."""
-    w = weights / weights.sum()
-    R = nearest_rotation(np.einsum("n,nij->ij", w, transforms[:, :3, :3]))
-    return lie.transform(R, w @ transforms[:, :3, 3])
+    """Chordal mean of (*batch, n, 4, 4) transforms under weights (*batch, n)."""
+    w = weights / weights.sum(axis=-1, keepdims=True)
+    R = nearest_rotation(np.einsum("...n,...nij->...ij", w, transforms[..., :3, :3]))
+    return lie.transform(R, np.einsum("...n,...ni->...i", w, transforms[..., :3, 3]))
 
 
 def solve_ax_xb(A: Array, B: Array, weights: Array) -> Array:
@@ -43,17 +46,16 @@ def solve_ax_xb(A: Array, B: Array, weights: Array) -> Array:
     is linear: (R_A - 1) t_X = R_X t_B - t_A. Motions must turn about at least two axes.
 
     Args:
-        A: (n, 4, 4) motions of the hand.
-        B: (n, 4, 4) the same motions seen by the eye.
-        weights: (n,).
+        A: (*batch, n, 4, 4) motions of the hand.
+        B: (*batch, n, 4, 4) the same motions seen by the eye.
+        weights: (*batch, n).
     """
-    a, b = lie.log_so3(A[:, :3, :3]), lie.log_so3(B[:, :3, :3])
-    R = nearest_rotation(np.einsum("n,ni,nj->ij", weights, a, b))
-    root = np.sqrt(weights)[:, None]
-    left = root[..., None] * (A[:, :3, :3] - np.eye(3))
-    right = root * (B[:, :3, 3] @ R.T - A[:, :3, 3])
-    t = np.linalg.lstsq(left.reshape(-1, 3), right.ravel(), rcond=None)[0]
-    return lie.transform(R, t)
+    a, b = lie.log_so3(A[..., :3, :3]), lie.log_so3(B[..., :3, :3])
+    R = nearest_rotation(np.einsum("...n,...ni,...nj->...ij", weights, a, b))
+    root = np.sqrt(weights)[..., None]
+    left = root[..., None] * (A[..., :3, :3] - np.eye(3))
+    right = root * (B[..., :3, 3] @ np.swapaxes(R, -1, -2) - A[..., :3, 3])
+    return lie.transform(R, least_squares(left, right))
 
 
 def solve_ky_xt(K: Array, T: Array, weights: Array) -> tuple[Array, Array]:
@@ -71,7 +73,8 @@ def solve_ky_xt(K: Array, T: Array, weights: Array) -> tuple[Array, Array]:
         X (4, 4) and Y (4, 4).
     """
     R_K, R_T = K[:, :3, :3], T[:, :3, :3]
-    product = np.einsum("n,nij,nkl->ikjl", weights, R_T, R_K).reshape(9, 9)
+    entries = np.tensordot(weights[:, None, None] * R_T, R_K, (0, 0))
+    product = entries.transpose(0, 2, 1, 3).reshape(9, 9)
     U, _, Vt = np.linalg.svd(product)
     R_X, R_Y = U[:, 0].reshape(3, 3).T, Vt[0].reshape(3, 3).T
     # The pair of vectors is known up to one common sign: rotations have determinant +1.
@@ -80,5 +83,24 @@ def solve_ky_xt(K: Array, T: Array, weights: Array) -> tuple[Array, Array]:
     root = np.sqrt(weights)[:, None]
     left = np.concatenate([R_K, np.tile(-np.eye(3), (len(K), 1, 1))], axis=2) * root[..., None]
     right = (T[:, :3, 3] @ R_X.T - K[:, :3, 3]) * root
-    t = np.linalg.lstsq(left.reshape(-1, 6), right.ravel(), rcond=None)[0]
+    t = least_squares(left, right)
     return lie.transform(R_X, t[3:]), lie.transform(R_Y, t[:3])
+
+
+def least_squares(A: Array, b: Array) -> Array:
+    """The shortest x that minimises sum |A_i x - b_i|^2, for many rows and few columns.
+
+    A triangle first (QR), so that singular values are found of a small matrix only.
+
+    Args:
+        A: (*batch, n, d, k).
+        b: (*batch, n, d).
+
+    Returns:
+        (*batch, k).
+    """
+    k = A.shape[-1]
+    both = np.concatenate([A, b[..., None]], axis=-1).reshape(*A.shape[:-3], -1, k + 1)
+    R = np.asarray(np.linalg.qr(both, mode="r"))
+    inverse = np.linalg.pinv(R[..., :k], rcond=RELATIVE_ROUNDING)
+    return np.asarray((inverse @ R[..., k:])[..., 0])

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from bodyschema.errors import MissingExtraError
 from bodyschema.model.tree import Body
@@ -44,6 +43,8 @@ def sobol_seeds(variables: Variables, n: int, seed: int) -> Array:
         n: how many.
         seed: of the scrambling.
     """
+    from scipy.stats import qmc  # here: it takes most of a second to import
+
     sobol = qmc.Sobol(len(variables), rng=np.random.default_rng(seed))
     u = sobol.random_base2(max(n - 1, 1).bit_length())[:n]  # whole powers of two are even
     x = variables.scale * ndtri(np.clip(u, 1e-6, 1 - 1e-6))

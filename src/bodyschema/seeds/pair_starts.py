@@ -58,24 +58,28 @@ def _on_draws(A: Array, B: Array, draws: int, rng: np.random.Generator) -> list[
     """X from the six motions between four pairs, Y from those pairs."""
     m = min(DRAWN, len(A))
     first, second = np.triu_indices(m, 1)
-    found = []
-    for _ in range(draws):
-        k = rng.choice(len(A), m, replace=False)
-        found.append(_from_motions(A[k], B[k], first, second, np.ones(len(first))))
-    return found
+    k = np.array([rng.choice(len(A), m, replace=False) for _ in range(draws)])
+    X, Y = _from_motions(A[k], B[k], first, second, np.ones((draws, len(first))))
+    return list(zip(X, Y, strict=True))
 
 
 def _from_motions(
     A: Array, B: Array, first: NDArray[np.int64], second: NDArray[np.int64], w: Array
 ) -> Frames:
-    """A_j^-1 A_i X = X B_j^-1 B_i for the motions from j to i, then the mean Y."""
-    hand, eye = lie.inverse(A[second]) @ A[first], lie.inverse(B[second]) @ B[first]
+    """A_j^-1 A_i X = X B_j^-1 B_i for the motions from j to i, then the mean Y; in batches."""
+    hand = lie.inverse(A[..., second, :, :]) @ A[..., first, :, :]
+    eye = lie.inverse(B[..., second, :, :]) @ B[..., first, :, :]
     X = solve_ax_xb(hand, eye, w)
-    return X, mean_transform(A @ X @ lie.inverse(B), np.ones(len(A)))
+    return X, mean_transform(A @ X[..., None, :, :] @ lie.inverse(B), np.ones(A.shape[:-2]))
 
 
 def _errors(A: Array, B: Array, X: Array, Y: Array) -> Array:
-    """Position (m) and rotation (rad) of each pair's residual, (2, n)."""
-    E = B @ lie.inverse(lie.inverse(Y) @ A @ X)
-    position = np.linalg.norm(B[:, :3, 3] - (lie.inverse(Y) @ A @ X)[:, :3, 3], axis=1)
-    return np.stack([position, np.linalg.norm(lie.log_so3(E[:, :3, :3]), axis=1)])
+    """Position (m) and angle (rad) between A_i X and Y B_i, (2, n).
+
+    Rotations that are an angle t apart differ by sqrt(8) sin(t / 2) in the Frobenius norm.
+    """
+    position = A[:, :3, :3] @ X[:3, 3] + A[:, :3, 3] - B[:, :3, 3] @ Y[:3, :3].T - Y[:3, 3]
+    apart = (A[:, :3, :3] @ X[:3, :3] - Y[:3, :3] @ B[:, :3, :3]).reshape(len(A), 9)
+    sine = np.sqrt(np.einsum("ni,ni->n", apart, apart) / 8)
+    angle = 2 * np.arcsin(np.minimum(sine, 1.0))
+    return np.stack([np.linalg.norm(position, axis=1), angle])

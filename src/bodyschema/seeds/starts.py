@@ -26,6 +26,8 @@ from bodyschema.seeds import closed_forms as hand_eye
 from bodyschema.seeds.pair_starts import QUANTILE, pair_starts
 from bodyschema.seeds.pixel_poses import seen_poses
 from bodyschema.seeds.pixel_rays import place_by_rays
+from bodyschema.seeds.point_sums import PointSums
+from bodyschema.seeds.spread import spread
 from bodyschema.senses.pixels import Pixels
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
@@ -36,8 +38,14 @@ Frames = tuple[Array, Array]
 """X and Y."""
 
 ROUNDS = 12
+SAME = 1e-6
+"""m (and rad / m for poses): what moves less has arrived, far below what any sensor tells."""
+
 DRAWS = 80
 """Fours of samples: when half of the samples are bad, five of 80 are good."""
+
+PICTURES = 300
+"""Of a target; each costs a small fit of its own."""
 
 GUESSES = 0.15 * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
 """m; places of an unknown point on its link from which the alternation begins."""
@@ -99,6 +107,7 @@ def _started(body: Body, sense: Sense, unknown: Collection[str]) -> Body | None:
     if found is not None:
         return found
     ends = (sense.seen_from in unknown, sense.seen in unknown)
+    sense = spread(sense, PICTURES) if isinstance(sense, Pixels) else spread(sense)
     poses = seen_poses(body, sense) if isinstance(sense, Pixels) and any(ends) else sense
     if isinstance(sense, Pixels) and poses is None:
         return place_by_rays(body, sense, unknown)
@@ -132,19 +141,22 @@ def _robustly(
 ) -> Frames:
     """Repeat a weighted closed form; weights 1 / (1 + (e / s)^2), s the median error.
 
-    The first weights are equal, or those of the frames `first`.
+    The first weights are equal, or those of the frames `first`; ends when no error moves.
     """
     weights = np.ones(n)
     if first is not None:
         errors = error(first)
         weights = 1 / (1 + (errors / max(float(np.quantile(errors, QUANTILE)), 1e-12)) ** 2)
-    best, lowest = solve(weights), np.inf
+    best, lowest, before = solve(weights), np.inf, np.full(n, np.inf)
     for _ in range(ROUNDS):
         found = solve(weights)
         errors = error(found)
         middle = float(np.median(errors))
         if middle < lowest:
             best, lowest = found, middle
+        if np.abs(errors - before).max() < SAME:
+            break
+        before = errors
         weights = 1 / (1 + (errors / max(middle, 1e-12)) ** 2)
     return best
 
@@ -195,39 +207,47 @@ def _from_motions(K: Array, T: Array) -> Frames:
 def _from_points(K: Array, p: Array, find_x: bool, find_y: bool) -> Frames:
     identity = np.eye(4)
 
-    def at(X: Array, w: Array) -> Array:
-        """Mean of the point in the frame that it is fixed to."""
-        local = (lie.inverse(K) @ X @ _homogeneous(p))[:, :3, 0]
-        return lie.transform(np.eye(3), w @ local / w.sum())
-
-    def aligned(Y: Array, w: Array) -> Array:
-        return hand_eye.align_points(p, (K @ Y)[:, :3, 3], w)
-
     def error(frames: Frames) -> Array:
         X, Y = frames
-        seen = (X @ _homogeneous(p))[:, :3, 0]
-        return np.asarray(np.linalg.norm((K @ Y)[:, :3, 3] - seen, axis=1))
+        gap = K[:, :3, :3] @ Y[:3, 3] + K[:, :3, 3] - p @ X[:3, :3].T - X[:3, 3]
+        return np.asarray(np.linalg.norm(gap, axis=1))
+
+    def only_x(w: Array) -> Frames:
+        return lie.transform(*PointSums.of(K, p, w).frame(np.zeros(3))), identity
+
+    def only_y(w: Array) -> Frames:
+        return identity, lie.transform(
+            np.eye(3), PointSums.of(K, p, w).point(np.eye(3), np.zeros(3))
+        )
 
     if not find_y:
-        return _robustly(lambda w: (aligned(identity, w), identity), error, len(K))
+        return _robustly(only_x, error, len(K))
     if not find_x:
-        return _robustly(lambda w: (identity, at(identity, w)), error, len(K))
+        return _robustly(only_y, error, len(K))
 
-    def alternate(guess: Array) -> Frames:
-        state = [lie.transform(np.eye(3), guess)]
-
+    def alternate(y: Array) -> Frames:
         def solve(w: Array) -> Frames:
-            for _ in range(ROUNDS):
-                X = aligned(state[0], w)
-                state[0] = at(X, w)
-            return X, state[0]
+            nonlocal y
+            X, y = _settled(PointSums.of(K, p, w), y)
+            return X, lie.transform(np.eye(3), y)
 
         return _robustly(solve, error, len(K))
 
-    found = [alternate(guess) for guess in GUESSES]
+    even = PointSums.of(K, p, np.ones(len(K)))
+    places: list[Array] = []
+    for guess in GUESSES:
+        _, y = _settled(even, guess)
+        if all(np.linalg.norm(y - other) > SAME for other in places):
+            places.append(y)
+    found = [alternate(y) for y in places]
     return min(found, key=lambda frames: float(np.median(error(frames))))
 
 
-def _homogeneous(points: Array) -> Array:
-    """(n, 3) -> (n, 4, 1)."""
-    return np.concatenate([points, np.ones((len(points), 1))], axis=1)[..., None]
+def _settled(sums: PointSums, y: Array) -> tuple[Array, Array]:
+    """X and y by turns, from a guess of y."""
+    for _ in range(ROUNDS):
+        before, X = y, sums.frame(y)
+        y = sums.point(*X)
+        if np.linalg.norm(y - before) < SAME:
+            break
+    return lie.transform(*X), y

@@ -13,12 +13,14 @@ joints can feel is a matter of rank (`base_directions`).
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.model.kernels import FIXED
 from bodyschema.model.kinematics import frame_jacobian, relative_pose
-from bodyschema.model.motion import Motion, frame_motion, own
+from bodyschema.model.motion import Motion, frame_motions, own
 from bodyschema.model.tree import Body
 from bodyschema.senses.wrenches import load_regressor
 
@@ -39,7 +41,8 @@ def arm_regressor(
         down: m/s^2, gravity along the root's axes.
     """
     g = np.tile(np.asarray(down), (len(motion.q), 1))
-    return np.concatenate([link_regressor(body, motion, k, g) for k in moved_links(body)], axis=2)
+    felt = link_wrenches(body, motion, moved_links(body), g)
+    return np.concatenate([np.swapaxes(J, 1, 2) @ Y for J, Y in felt], axis=2)
 
 
 def moved_links(body: Body) -> tuple[str, ...]:
@@ -47,22 +50,23 @@ def moved_links(body: Body) -> tuple[str, ...]:
     return tuple(frame for frame, kind in zip(body.frames, body.kind, strict=True) if kind != FIXED)
 
 
-def link_regressor(body: Body, motion: Motion, link: str, down: Array) -> Array:
-    """J^T Y of one link, (n, n_joints, 10).
+def link_wrenches(
+    body: Body, motion: Motion, links: Sequence[str], down: Array
+) -> Iterator[tuple[Array, Array]]:
+    """For each link in turn its twists by the joints J (n, 6, n_joints), and Y (n, 6, 10).
 
     Args:
         body: the arm.
         motion: of its joints.
-        link: the frame that phi is written in.
+        links: frames that the loads are written in.
         down: (n, 3) m/s^2, gravity along the root's axes.
     """
-    root = body.frames[0]
-    R = relative_pose(body, motion.q, root, link)[:, :3, :3]
-    J = frame_jacobian(body, motion.q, root, link)
-    felt = frame_motion(body, motion, link)
-    Y = load_regressor(felt.a - own(R, down), felt.w, felt.dw)
-    twists = np.concatenate([own(R, J[:, :3]), own(R, J[:, 3:])], axis=1)
-    return np.asarray(np.swapaxes(twists, 1, 2) @ Y)
+    root, moved = body.frames[0], frame_motions(body, motion, links)
+    for link in links:
+        R = relative_pose(body, motion.q, root, link)[:, :3, :3]
+        J, felt = frame_jacobian(body, motion.q, root, link), moved[link]
+        twists = np.concatenate([own(R, J[:, :3]), own(R, J[:, 3:])], axis=1)
+        yield twists, load_regressor(felt.a - own(R, down), felt.w, felt.dw)
 
 
 def motor_regressor(motion: Motion, G: Array) -> Array:

@@ -14,7 +14,7 @@ Windows overlap, and neighbours err together: `of` takes as many as are measurem
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -60,9 +60,9 @@ class MeanWrenches(Sense):
         """
         some = means.take(slice(None, None, max(1, round(means.memory))))
         q = np.zeros((len(some), n_joints))
-        std = [float(np.mean(part)) for part in (means.std[:3], means.std[3:])]
         more |= {"regressor": some.Y, "time": some.time}
-        return cls.make(q, some.y, seen_from, seen, std, **more)
+        made = cls.make(q, some.y, seen_from, seen, 1.0, **more)
+        return replace(made, covariance=np.diag(means.std**2))
 
     @property
     def label(self) -> str:

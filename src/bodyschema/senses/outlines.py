@@ -53,6 +53,10 @@ DEFAULT_STD = 0.3
 REACH, LEAST_REACH, NEARER = 40.0, 4.0, 0.6
 """px to either side that an outline is looked for at first and at last, and the factor between."""
 
+LOOKS = 3
+"""Searches at the least reach, after which correspondences are kept: some points at the ends of
+arcs come and go for ever."""
+
 SPACING = 2
 """Rows and columns from one point of the contour to the next."""
 
@@ -93,6 +97,8 @@ class Outlines(Sense):
     """Part with the number h of every patch; "" for none."""
     reach: float = field(default=REACH, kw_only=True)
     """px, of the next search."""
+    looks: int = field(default=0, kw_only=True)
+    """Searches at the least reach so far."""
     arc: float = field(default=ARC, kw_only=True)
     """px of contour that are one sample."""
     spacing: int = field(default=SPACING, kw_only=True)
@@ -243,7 +249,14 @@ class Outlines(Sense):
 
     def associate(self, body: Body) -> Self:
         """The samples with rim points and their places chosen anew round a body, nearer by."""
-        return self._looked(body, max(LEAST_REACH, NEARER * self.reach))
+        if self.looks >= LOOKS:
+            return self
+        reach = max(LEAST_REACH, NEARER * self.reach)
+        return replace(self, looks=self.looks + (reach == LEAST_REACH))._looked(body, reach)
+
+    def kept(self, body: Body) -> Self:
+        """The samples as a body shows them nearby; `associate` leaves them."""
+        return replace(self._looked(body, LEAST_REACH), looks=LOOKS)
 
     def matched(self, body: Body) -> float:
         """Share of the imagined outline that the pictures show within `MATCHED`; 0 for none."""

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
+from itertools import accumulate, pairwise
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -135,9 +136,9 @@ class Sense:
     @property
     def components(self) -> tuple[tuple[str, str, slice], ...]:
         """(name, unit, rows of the residual) of each part that has a noise level of its own."""
-        ends = np.cumsum([0, *(count for _, _, count in self.measures)])
-        spans = zip(self.measures, ends[:-1], ends[1:], strict=True)
-        return tuple((name, unit, slice(int(a), int(b))) for (name, unit, _), a, b in spans)
+        ends = accumulate((count for _, _, count in self.measures), initial=0)
+        spans = zip(self.measures, pairwise(ends), strict=True)
+        return tuple((name, unit, slice(a, b)) for (name, unit, _), (a, b) in spans)
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
@@ -226,6 +227,24 @@ class Sense:
         Only outlines and corners have any to choose; called between solves until nothing changes.
         """
         return self
+
+    def kept(self, body: Body) -> Self:
+        """The samples with the correspondences that a body shows, not to be chosen again.
+
+        So that the same samples can be predicted by several fits and compared.
+        """
+        return self
+
+    def sections(self, evidence: Any) -> Sequence[Any]:
+        """Sections of its own for the report; none where a kind has nothing to add.
+
+        Args:
+            evidence: what all sections are drawn from, see `report.evidence`.
+
+        Returns:
+            Anything with a `title` and `render()`, its HTML; see `report.section`.
+        """
+        return ()
 
     def take(self, rows: Sequence[int] | NDArray[Any]) -> Self:
         """Some of the samples, by index or mask."""

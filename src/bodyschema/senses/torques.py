@@ -12,7 +12,7 @@ exact prediction, since torques tell little of them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -27,7 +27,7 @@ from bodyschema.model.parts import DRIVE, load_phi
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.gravity import G
-from bodyschema.senses.joint_torques import link_regressor, motor_regressor
+from bodyschema.senses.joint_torques import link_wrenches, motor_regressor
 from bodyschema.senses.sense import Linearized, Sense, check_samples
 from bodyschema.senses.wrench_parts import LOAD_SPREAD, with_load
 
@@ -138,18 +138,30 @@ class Torques(Sense):
 
     def predict(self, body: Body) -> Array:
         """What the motors would exert, (n, n_joints) Nm."""
-        W, x = self.regressor(body), self.carried(body)
-        return np.asarray((1 + self._gain(body)) * (W @ x))
+        motion, links = self._links(body)
+        phi = [load_phi(body.part(name))[0] for _, name in self.loads]
+        torque = sum(
+            np.einsum("nij,ni->nj", J, Y @ p) for (J, Y), p in zip(links, phi, strict=True)
+        )
+        if self.drive:
+            numbers = self._numbers(body)[:, :-1].ravel()
+            torque = torque + motor_regressor(motion, self.motors) @ numbers
+        return np.asarray((1 + self._gain(body)) * torque)
 
     def regressor(self, body: Body) -> Array:
         """(n, n_joints, 10 n_loads + 4 n_motors): over the loads' phi and the drive's numbers."""
-        motion = Motion(self.readings(body), self.dq, self.ddq)
-        root = body.frames[0]
-        up = relative_pose(body, motion.q, root, self.seen)[:, :3, 2]
-        W = [link_regressor(body, motion, link, -self.gravity * up) for link, _ in self.loads]
+        motion, links = self._links(body)
+        W = [np.swapaxes(J, 1, 2) @ Y for J, Y in links]
         if self.drive:
             W.append(motor_regressor(motion, self.motors))
         return np.concatenate(W, axis=2)
+
+    def _links(self, body: Body) -> tuple[Motion, Iterator[tuple[Array, Array]]]:
+        """The motion, and what each link that weighs anything feels of it."""
+        motion = Motion(self.readings(body), self.dq, self.ddq)
+        up = relative_pose(body, motion.q, body.frames[0], self.seen)[:, :3, 2]
+        links = [link for link, _ in self.loads]
+        return motion, link_wrenches(body, motion, links, -self.gravity * up)
 
     def carried(self, body: Body) -> Array:
         """What the regressor multiplies, (10 n_loads + 4 n_motors,)."""

@@ -8,6 +8,7 @@ default. What is declared can be tested against the recording, see
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from bodyschema.errors import InputError, did_you_mean
 
@@ -86,6 +87,27 @@ class SensorPlace:
     noise_N: float | None = None
     """Of postures at rest; and of the torques."""
     noise_Nm: float | None = None
+
+
+@dataclass(frozen=True)
+class MotionReading:
+    """How the motion of a recording is read."""
+
+    kind: str = "auto"
+    """"moving", "postures" (every row at rest), or "auto": by the clock."""
+    window: float = 0.5
+    """s that are averaged."""
+    down: tuple[float, ...] = (0.0, 0.0, -9.81)
+    """m/s^2, gravity in the base."""
+
+
+@dataclass(frozen=True)
+class LoadSegments:
+    """Which times belong to the gripper alone, and which to gripper and object."""
+
+    empty: tuple[Any, ...] = ()
+    """(from, to) in s, or a list of such pairs."""
+    loaded: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)

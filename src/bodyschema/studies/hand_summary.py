@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from bodyschema.studies.study import Result
 from bodyschema.studies.watched_hand import Trace
@@ -40,7 +40,7 @@ def mean_and_sd(values: ArrayLike) -> Result:
 
 def within_band(nees: ArrayLike) -> float:
     """Share of normalised squared errors of poses that lie in the central 95 % of chi-square."""
-    low, high = chi2.ppf([0.025, 0.975], 6)
+    low, high = chdtri(6, [0.975, 0.025])
     values = np.asarray(nees, dtype=np.float64)
     return float(np.mean((values > low) & (values < high)))
 

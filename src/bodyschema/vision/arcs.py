@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-ARC = 16.0
-"""px. In masks of a renderer neighbouring arcs of 8 px correlate by 0.45, of 16 px by 0.1; longer
-ones lose what they could tell of a turn."""
+ARC = 8.0
+"""px. Shorter ones err together and state too little doubt; on the curved links of a humanoid 16 px
+tell a third less."""
 
 LONGEST = 256.0
 """px: longer steps of a staircase than this are counted as such."""
@@ -68,7 +68,6 @@ def _stretches(rim: Rim, length: float) -> Ints:
     turn = sector * 2 * np.pi / SECTORS
     along = -np.sin(turn) * rim.pixel[:, 0] + np.cos(turn) * rim.pixel[:, 1]
     slope = np.abs(rim.normal).min(axis=1) / np.abs(rim.normal).max(axis=1)
-    step = np.minimum(1 / np.maximum(slope, 1e-9), LONGEST)
-    longer = np.ceil(np.log2(np.maximum(step / length, 1.0))).astype(np.int64)
-    place = np.floor(along / (length * 2.0**longer)).astype(np.int64)
-    return np.column_stack([rim.piece, sector, longer, place])
+    long = slope * length < 1
+    place = np.floor(along / np.where(long, LONGEST, length)).astype(np.int64)
+    return np.column_stack([rim.piece, sector, long, place])

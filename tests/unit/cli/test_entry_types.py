@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from bodyschema.cli.entry_types import check_types, fits
-from bodyschema.cli.run_file import FrameEntry
+from bodyschema.cli.reading.run_entries import FrameEntry
 from bodyschema.errors import InputError
 
 

@@ -208,3 +208,13 @@ def test_inputs_and_other_things_are_never_replaced(clip, tmp_path, capsys):
         assert message in capsys.readouterr().err
     assert (frames / "0.png").is_file()
     assert (other / "thesis.tex").is_file()
+
+
+def test_a_folder_is_planned_and_not_checked(found, clip, capsys):
+    _, out = found
+    assert run(["plan", str(out)]) == 0
+    assert capsys.readouterr().out.startswith("Next:")
+    assert run(["check", str(out), "--recording", str(clip[1])]) == 2
+    assert "holds no belief" in capsys.readouterr().err
+    assert run(["export", str(out), "--robot", str(clip[1])]) == 2
+    assert capsys.readouterr().err.startswith("bodyschema: ")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from bodyschema import lie
+from bodyschema import Inertia, lie, load
 from bodyschema.cli import run
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model.tree import Body
@@ -351,6 +351,40 @@ def test_one_posture_is_a_no(folder, capsys, truth):
     code, answer = asked(folder, capsys)
     assert code == 1
     assert {"mass", "com"} <= {one["what"] for one in answer["loads"][0]["not_told"]}
+
+
+def test_a_folder_is_reported_checked_planned_and_exported(folder, capsys, truth):
+    samples, motion, sensor = truth
+    arm = katana()
+    (folder / "arm.urdf").write_bytes(write_urdf(arm))
+    table = {"t": samples.time} | columns(arm.joints, motion.q) | columns(WRENCH, samples.wrench)
+    write_table(folder / "log.csv", table)
+    head = MINIMAL.split("[pose]")[0]
+    (folder / "run.toml").write_text('robot = "arm.urdf"\n' + head + '[sensor]\nlink = "hand"\n')
+    _, answer = asked(folder, capsys)
+    out, robot = str(folder / "out"), str(folder / "arm.urdf")
+    keys = {"verdict", "explanation", "nominal", "held_out", "unidentifiable", "parameters"}
+    assert keys | {"outliers", "seconds", "loads", "sensor", "events"} <= set(answer)
+    assert answer["held_out"]["force_N"]["rms"] < 0.02 < answer["nominal"]["force_N"]["rms"]
+    stored = load(out)
+    assert stored.details["loads"] == answer["loads"]
+    assert run(["report", out]) == 0
+    assert "load: 0.5" in capsys.readouterr().out
+    assert run(["plan", out]) == 0
+    assert "nothing more is needed" in capsys.readouterr().out
+    assert run(["export", out, "--robot", robot, "-o", str(folder / "copy.urdf")]) == 0
+    assert (folder / "copy.urdf").read_bytes() == (folder / "out" / "robot.urdf").read_bytes()
+    capsys.readouterr()
+    again = ["check", out, "--recording", str(folder / "log.csv"), "--json"]
+    assert run(again) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"] == "still true"
+    heavier = Inertia(1.03 * BOX.mass, BOX.com, BOX.moments)
+    other = record(motion, [Held(0.0, heavier)], sensor, np.random.default_rng(9))
+    write_table(folder / "log.csv", table | columns(WRENCH, other.wrench))
+    assert run(again) == 1
+    (suspect,) = json.loads(capsys.readouterr().out)["suspects"]
+    assert suspect["part"] == "mass"
+    assert suspect["change"]["load.mass"] == pytest.approx(0.03 * BOX.mass, rel=0.1)
 
 
 def test_inputs_and_other_things_are_never_replaced(folder, capsys):

@@ -92,15 +92,16 @@ def test_json(result: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_without_a_page(result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "calibration.yaml").write_bytes((result / "calibration.yaml").read_bytes())
-    assert run(["report", str(tmp_path / "calibration.yaml")]) == 0
+    for name in ("answer.json", "run.json"):
+        (tmp_path / name).write_bytes((result / name).read_bytes())
+    assert run(["report", str(tmp_path / "answer.json")]) == 0
     assert "bodyschema[report]" in capsys.readouterr().out.replace("\n", "")
 
 
-@pytest.mark.parametrize("text", [None, "verdict: yes\n", "- 1\n", "{", "12\n"])
+@pytest.mark.parametrize("text", [None, '{"verdict": "yes"}', "[1]", "{", "12\n"])
 def test_no_result(text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     if text is not None:
-        (tmp_path / "calibration.yaml").write_text(text)
+        (tmp_path / "answer.json").write_text(text)
     assert run(["report", str(tmp_path)]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
@@ -111,11 +112,12 @@ def test_no_result(text: str | None, tmp_path: Path, capsys: pytest.CaptureFixtu
 def test_an_incomplete_result(
     result: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    document = yaml.safe_load((result / "calibration.yaml").read_text())
-    del document["held_out"]["after"]
-    (tmp_path / "calibration.yaml").write_text(yaml.safe_dump(document))
+    document = json.loads((result / "answer.json").read_text())
+    del document["held_out"]
+    (tmp_path / "answer.json").write_text(json.dumps(document))
+    (tmp_path / "run.json").write_text("{}")
     assert run(["report", str(tmp_path)]) == 2
-    assert "no whole calibration" in capsys.readouterr().err
+    assert "lacks 'held_out'" in capsys.readouterr().err
 
 
 def test_calibrate_without_the_extra(

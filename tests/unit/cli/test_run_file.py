@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +13,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import bodyschema as bs
 from bodyschema import Body, InputError, Sense
 from bodyschema.cli.loading import blank_senses, load, read_senses
+from bodyschema.cli.reading import part_kinds
+from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.sense_kinds import COMMON, KINDS
-from bodyschema.cli.run_file import RunFile, read_run_file, run_from_record
+from bodyschema.cli.run_file import RunFile, read_run_file, run_from_record, run_from_table
 from bodyschema.export.documents import plain
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model import parts
@@ -435,18 +440,12 @@ def test_what_cannot_be_used_is_said(written: Any, q: Array, lines: str, words: 
 def test_a_record_is_the_run(written: Any, arm: Body, q: Array) -> None:
     felt = np.random.default_rng(1).normal(size=(6, 6))
     run = written(WRENCHES, named("fx fy fz tx ty tz", felt))
-    from dataclasses import asdict
-
     again = run_from_record({**plain(asdict(run)), "versions": {}})
     assert again == run
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_keys_are_fields_of_an_entry(kind: str) -> None:
-    from dataclasses import fields
-
-    from bodyschema.cli.reading.sense_entry import SenseEntry
-
     names = {entry.name for entry in fields(SenseEntry)}
     assert {*COMMON, *KINDS[kind].keys, *KINDS[kind].needed} <= names
 
@@ -484,3 +483,53 @@ inverse = true
     )
     loaded = load(run)
     assert np.abs(loaded.senses[0].residual(loaded.body)).max() < 1e-9
+
+
+PAGE = (Path(__file__).parents[3] / "docs" / "run_file.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("block", re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL))
+def test_the_examples_of_the_page_are_read(block: str, tmp_path: Path) -> None:
+    table = tomllib.loads(block)
+    alone = "hand_eye" in table
+    base = {} if alone else {"robot": "arm.urdf", "recording": "data.csv"}
+    run = run_from_table({**base, **table}, tmp_path, "the page")
+    assert len(run.senses) == len(table["senses"])
+
+
+def test_the_tables_of_the_page_have_every_kind_and_key() -> None:
+    rows = {
+        line.split("|")[1].strip().strip("`"): set(re.findall(r"`(\w+)`", line))
+        for line in PAGE.splitlines()
+        if line.startswith("| `")
+    }
+    for name, kind in KINDS.items():
+        assert rows[name] - {name, "calibrate"} == {*kind.keys}, name
+        assert kind.columns.split(",")[0] in PAGE
+    for name, part in part_kinds.KINDS.items():
+        assert rows[name] - {name, "std"} == {*part.keys}, name
+
+
+def test_two_days_with_a_board_that_moved(
+    shared_data: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """Same columns in both tables, frames of their own (easy_handeye#72)."""
+    cases = shared_data("ur5_artag_handeye").parents[1] / "cases"
+    text = f'robot = "{cases}/common/arm.urdf"\n[frames.camera]\nparent = "flange"\n'
+    for day in ("mon", "tue"):
+        text += f"""
+[frames.board_{day}]
+parent = "base"
+[[senses]]
+kind = "poses"
+recording = "{cases}/S_two_recordings/{day}.csv"
+seen_from = "board_{day}"
+seen = "camera"
+layout = "xyz_xyzw"
+columns = ["x", "y", "z", "qx", "qy", "qz", "qw"]
+"""
+    (tmp_path / "run.toml").write_text(text)
+    loaded = load(read_run_file(tmp_path / "run.toml"))
+    answer = bs.calibrate(loaded.body, loaded.senses, loaded.frames, ["offsets"], folds=2)
+    found = np.rad2deg(answer.body.offset[1:5])
+    assert found == pytest.approx([2.0, -3.0, 1.5, -2.5], abs=0.1)

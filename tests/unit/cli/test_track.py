@@ -74,6 +74,25 @@ def test_offsets_and_poses_are_written(
     assert stored.body.offset == pytest.approx(stored.estimate.x)
 
 
+def test_a_tracked_robot_is_checked_in_new_pictures(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, path = str(folder / "out"), str(folder / "track.toml")
+    assert run(["track", path, "--out", out, "--seeds", "64", "--overlays", "0"]) == 0
+    assert run(["check", out, "--recording", str(folder / "joints.csv")]) == 2
+    assert "give the run file" in capsys.readouterr().err
+    assert run(["check", out, "--recording", path, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"] == "still true"
+    bent = "\n".join(f"{a},{b - np.deg2rad(1.0)}" for a, b in POSTURES)
+    (folder / "joints.csv").write_text(f"lift,bend\n{bent}\n")
+    assert run(["check", out, "--recording", path, "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    assert [suspect["part"] for suspect in answer["suspects"]] == ["bend"]
+    assert answer["suspects"][0]["change"]["bend.offset"] == pytest.approx(np.deg2rad(1), rel=0.2)
+    assert run(["plan", out]) == 0
+    assert "One more moment with" in capsys.readouterr().out
+
+
 def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for path in folder.glob("mask_*.png"):
         cv2.imwrite(str(path), np.zeros((240, 320), np.uint8))

@@ -7,7 +7,12 @@ import pytest
 from scipy.stats import chi2
 
 from bodyschema import Body, Poses, Solver, free_frame, free_joints, join
-from bodyschema.estimation.prediction import degrees_of_freedom, length_quantile, predict_error
+from bodyschema.estimation.prediction import (
+    degrees_of_freedom,
+    length_quantile,
+    length_quantiles,
+    predict_error,
+)
 from bodyschema.model.kinematics import relative_pose
 
 
@@ -59,3 +64,12 @@ def test_degrees_of_freedom_count_what_the_data_determine() -> None:
     said = predict_error(fit, q, "tracker", "hand", 286)
     assert said.position.shape == (50,)
     assert said.position.min() < said.position_overall < said.position.max()
+
+
+@pytest.mark.parametrize("freedom", [1.5, 30.0, 1e6, np.inf])
+def test_quantiles_of_many_are_those_of_each(freedom: float) -> None:
+    A = np.random.default_rng(0).normal(size=(20, 3, 3))
+    covariances = A @ np.swapaxes(A, 1, 2)
+    covariances[0] = 0.0
+    each = [length_quantile([S], freedom, 0.95) for S in covariances]
+    assert length_quantiles(covariances, freedom, 0.95) == pytest.approx(each, rel=1e-8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from dataclasses import dataclass
 from html.parser import HTMLParser
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from bodyschema.errors import MissingExtraError
 from bodyschema.report import page
 from bodyschema.report.report import report_html
+from bodyschema.senses.points import Points
 
 TITLES = (
     "Verdict",
@@ -91,7 +93,7 @@ def test_identifiers_are_unique_and_links_lead_somewhere(reader: Reader) -> None
     files = {link for link in reader.links if not link.startswith(("#", "data:"))}
     assert files == {
         "robot.urdf", "kinematics.yaml", "transforms.yaml", "calibration.yaml",
-        "estimate.json", "run.json",
+        "answer.json", "run.json",
     }  # fmt: skip
 
 
@@ -149,3 +151,32 @@ def test_missing_extra(case: Any, monkeypatch: pytest.MonkeyPatch, package: str)
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(MissingExtraError, match=r"bodyschema\[report\]"):
         report_html(case.calibration, case.nominal, case.senses, case.run)
+
+
+@dataclass(frozen=True)
+class Weather:
+    """A section of a sense."""
+
+    rows: int
+    title: str = "Weather"
+
+    def render(self) -> str:
+        """Its HTML."""
+        return f"<p>{self.rows} days of sun.</p>"
+
+
+class SunnyPoints(Points):
+    """Points with something to add."""
+
+    def sections(self, evidence: Any) -> list[Weather]:
+        """See `Sense.sections`."""
+        return [Weather(evidence.calibration.n_rows)]
+
+
+def test_a_sense_adds_a_section(case: Any) -> None:
+    first = case.senses[0]
+    sunny = SunnyPoints(**vars(first))
+    html = report_html(case.calibration, case.nominal, (sunny, *case.senses[1:]), case.run)
+    assert '<section id="weather"' in html
+    assert f"<p>{case.calibration.n_rows} days of sun.</p>" in html
+    assert html.index('id="weather"') < html.index('id="corrections"')

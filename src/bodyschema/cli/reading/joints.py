@@ -14,7 +14,7 @@ from bodyschema.model.tree import Body
 from bodyschema.sources.recording import Recording
 
 if TYPE_CHECKING:
-    from bodyschema.cli.run_file import JointColumns
+    from bodyschema.cli.reading.run_entries import JointColumns
 
 Array = NDArray[np.float64]
 

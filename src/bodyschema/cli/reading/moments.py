@@ -20,8 +20,8 @@ from bodyschema.sources.recording import TIME_COLUMNS, Recording
 
 if TYPE_CHECKING:
     from bodyschema.cli.reading.part_entry import PartEntry
+    from bodyschema.cli.reading.run_entries import JointColumns
     from bodyschema.cli.reading.sense_entry import SenseEntry
-    from bodyschema.cli.run_file import JointColumns
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

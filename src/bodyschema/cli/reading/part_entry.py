@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from bodyschema.cli.entry_types import one_of
+from bodyschema.cli.reading.run_entries import KNOWLEDGE
+
 
 @dataclass(frozen=True)
 class PartEntry:
@@ -43,3 +46,7 @@ class PartEntry:
     scale: float = 1.0
     values: dict[str, float] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
+
+    def check(self, where: str) -> None:
+        """Refuse a word that means nothing. Raises InputError."""
+        one_of("known", self.known, KNOWLEDGE, where)

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.answers.hand_eye import LAG, SCALE, Names, Whose
+from bodyschema.cli.reading.columns import LENGTHS
 from bodyschema.cli.reading.sense_entry import SenseEntry
-from bodyschema.cli.reading.sense_kinds import LENGTHS
 from bodyschema.errors import InputError
+from bodyschema.judging.pose_declarations import Whose
+from bodyschema.learners.hand_eye.free_estimate import LAG, SCALE, Names
 from bodyschema.learners.hand_eye.pose_streams import interpolate, usable
 from bodyschema.model.free_hand import hand_readings
 from bodyschema.model.tree import Body

@@ -50,6 +50,8 @@ class SenseEntry:
     """Of each link's mesh; 0 for all."""
     spacing: int = 4
     """Rows and columns between the points of an outline."""
+    reach: float = 40.0
+    """px to either side of the imagined outline that the real one is looked for at first."""
     darker: bool | None = None
     """In images: whether the body is darker than what is behind it."""
     edge: str = ""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from bodyschema.cli.tracking.picture_sections import (
 )
 from bodyschema.errors import InputError
 from bodyschema.export.result_folder import sha256
+from bodyschema.learners.images.markerless import Markerless
 from bodyschema.model.camera import Camera
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, join
@@ -34,6 +35,7 @@ from bodyschema.sources.joint_track import LONGEST_GAP, JointTrack
 from bodyschema.sources.recording import TIME_COLUMNS, Recording
 from bodyschema.sources.tables import open_recording
 from bodyschema.sources.video import Video, read_picture
+from bodyschema.vision.surface import Surface
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -96,6 +98,10 @@ class Album:
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def round(self, body: Body) -> Album:
+        """The same moments with another belief of the robot and its cameras, in its own shape."""
+        return replace(self, body=replace(body, visuals=self.nominal.visuals))
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
@@ -180,6 +186,23 @@ class Album:
     def _mask(self, c: int, entry: CameraEntry, moment: int) -> Picture:
         path = picture_path(entry.masks, self.numbers[moment, c])
         return self.lenses[c].undistort(np.asarray(read_picture(path).any(axis=2)))
+
+
+KEYS = 20
+"""Postures that are learned from, far from each other."""
+
+
+def markerless(album: Album, seeds: int = 512, seed: int = 0) -> Markerless:
+    """The learner that the run file asks for.
+
+    Args:
+        album: with the robot and what is doubted.
+        seeds: first guesses.
+        seed: of them.
+    """
+    seen = album.seen_by
+    surface = Surface.of(album.body, seen.links or None, seen.faces)
+    return Markerless(surface, seeds=seeds, seed=seed, doubts=seen.doubts.doubts)
 
 
 def _by_row(table: Recording, videos: Sequence[Video | None]) -> Ints:

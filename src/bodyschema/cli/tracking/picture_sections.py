@@ -47,19 +47,18 @@ less of the camera's turn about it than it seems to.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from bodyschema.errors import InputError
-from bodyschema.learners.images.doubts import Doubts
-from bodyschema.model.camera import Camera
 
 if TYPE_CHECKING:
     from bodyschema.cli.run_file import RunFile
+    from bodyschema.learners.images.doubts import Doubts
+    from bodyschema.model.camera import Camera
 
 OFFSET_DEG, OFFSET_MM = 8.0, 5.0
 """One standard deviation of an offset, where nobody says another."""
@@ -85,6 +84,10 @@ class CameraEntry:
 
     def camera(self, name: str) -> Camera:
         """Its lens."""
+        import numpy as np
+
+        from bodyschema.model.camera import Camera
+
         if len(self.size) != 2 or len(self.lens) != 4 or self.known not in ("exactly", "roughly"):
             raise InputError(
                 f"camera '{name}' needs size = [width, height], lens = [f_x, f_y, c_x, c_y] and "
@@ -109,11 +112,13 @@ class DoubtEntry:
     @property
     def doubts(self) -> Doubts:
         """In SI units."""
+        from bodyschema.learners.images.doubts import Doubts
+
         return Doubts(
             edge=self.edge_px,
             focal=self.focal_percent / 100,
             centre=self.centre_px,
-            turn=float(np.deg2rad(self.turn_deg)),
+            turn=math.radians(self.turn_deg),
             shape=self.shape_mm / 1e3,
         )
 
@@ -152,7 +157,7 @@ def read_sections(table: Mapping[str, Any], here: Path, where: str) -> PictureSe
     Raises:
         InputError: a key is unknown or missing.
     """
-    from bodyschema.cli.run_file import entry_of
+    from bodyschema.cli.entry_types import entry_of
 
     given = table.get("cameras")
     if not isinstance(given, Mapping) or not given:
@@ -198,7 +203,7 @@ def offset_spread(run: RunFile) -> dict[str, float]:
     """One standard deviation of an offset by its unit, rad or m."""
     deg, mm = run.free.offset_deg, run.free.offset_mm
     return {
-        "rad": float(np.deg2rad(OFFSET_DEG if deg is None else deg)),
+        "rad": math.radians(OFFSET_DEG if deg is None else deg),
         "m": (OFFSET_MM if mm is None else mm) / 1e3,
     }
 

@@ -22,13 +22,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.model.solid import Solid
-from bodyschema.model.tree import Body
 
 if TYPE_CHECKING:
     from bodyschema.cli.run_file import RunFile
+    from bodyschema.model.solid import Solid
+    from bodyschema.model.tree import Body
 
 SHAPES = ("box", "cylinder", "ball", "mesh", "link")
 
@@ -97,6 +96,9 @@ def solid_of(run: RunFile, body: Body | None) -> Solid | None:
         InputError: the shape makes no sense, or its mesh or link cannot be read.
         MissingExtraError: trimesh is not installed.
     """
+    from bodyschema import lie
+    from bodyschema.model.solid import Solid
+
     if run.wrist is None or run.wrist.surface is None:
         return None
     entry, place = run.wrist.surface, run.wrist.sensor

@@ -64,25 +64,23 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bodyschema.cli.reading.joints import read_joints, refuse_missing
 from bodyschema.cli.wrist.touch_sections import SurfaceEntry, TouchEntry
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.judging.wrist_declarations import MotionReading
-from bodyschema.model.tree import Body
-from bodyschema.monitoring.load_segments import LoadSegments
-from bodyschema.senses.wrist_columns import WristTable
 from bodyschema.senses.wrist_declaration import (
     GravityColumns,
+    LoadSegments,
+    MotionReading,
     PoseColumns,
     SensorPlace,
     VectorColumns,
     WrenchColumns,
     WristDeclaration,
 )
-from bodyschema.sources.tables import open_recording
 
 if TYPE_CHECKING:
     from bodyschema.cli.run_file import RunFile
+    from bodyschema.model.tree import Body
+    from bodyschema.senses.wrist_columns import WristTable
 
 MOTIONS = ("auto", "moving", "postures")
 
@@ -158,7 +156,7 @@ def read_sections(table: Mapping[str, Any], here: Path, where: str) -> WristSect
     Raises:
         InputError: a key is unknown or missing, or there is no wrench.
     """
-    from bodyschema.cli.run_file import entry_of
+    from bodyschema.cli.entry_types import entry_of
 
     entries = dict(table)
     for name, kind in SECTIONS.items():
@@ -221,6 +219,10 @@ def wrist_table(run: RunFile, files: tuple[str, ...], body: Body | None) -> Wris
     Raises:
         InputError: a file or a joint's column cannot be read.
     """
+    from bodyschema.cli.reading.joints import read_joints, refuse_missing
+    from bodyschema.senses.wrist_columns import WristTable
+    from bodyschema.sources.tables import open_recording
+
     recording, wrist = open_recording(list(files)), run.wrist
     if body is None or wrist is None or wrist.pose is not None:
         return WristTable(recording, body)

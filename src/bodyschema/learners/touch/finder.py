@@ -20,7 +20,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from bodyschema.errors import InputError
 from bodyschema.learners.learner import in_turn
@@ -192,7 +192,7 @@ class TouchFinder:
             verdict=_verdict(found),
             places=found.places,
             inside=found.inside,
-            p_value=float(chi2.sf(q, found.freedom)),
+            p_value=float(chdtrc(found.freedom, q)),
             couple=found.pitch * size,
             couple_std=found.pitch_std * size,
         )
@@ -215,7 +215,7 @@ def _larger(force: Array, before: Array | None) -> Array:
 
 def _verdict(found: Located) -> Verdict:
     q = found.places[0].misfit
-    if q <= chi2.isf(UNLIKELY, found.freedom):
+    if q <= chdtri(found.freedom, UNLIKELY):
         return "point"
     if not found.inside and q > found.misfit + CLEAR**2:
         return "beside"

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from bodyschema.errors import InputError
 from bodyschema.learners.touch.unexplained import Unexplained
@@ -69,7 +69,7 @@ def measured_noise(quiet: Unexplained, floor: Array | None = None) -> Noise:
     good = np.zeros(len(w), dtype=bool)
     for _ in range(ROUNDS):
         white = solve_triangular(np.linalg.cholesky(N), (w - middle).T, lower=True).T
-        kept = np.sum(white**2, axis=1) < chi2.isf(WILD, 6)
+        kept = np.sum(white**2, axis=1) < chdtri(6, WILD)
         if kept.sum() < FEWEST or (kept == good).all():
             break
         good, middle = kept, w[kept].mean(axis=0)

@@ -18,7 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f
+from scipy.special import chdtri, fdtri
 
 from bodyschema.model.kernels import kernel
 
@@ -70,9 +70,9 @@ def limits(false_per_hour: float, rate: float, samples: float) -> tuple[float, f
     """
     chances = np.array([false_per_hour / (3600 * rate), CALM])
     if samples == np.inf:
-        upper, lower = chi2.isf(chances, 6)
+        upper, lower = chdtri(6, chances)
     else:
-        upper, lower = 6 * (samples - 1) / (samples - 6) * f.isf(chances, 6, samples - 6)
+        upper, lower = 6 * (samples - 1) / (samples - 6) / fdtri(samples - 6, 6, chances)
     return float(upper), float(lower)
 
 
