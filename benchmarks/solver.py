@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -128,11 +129,18 @@ def judge_variant(seed: int, changes: dict[str, Any], found: dict[str, int]) -> 
     found["beds"] += 1
     (sense,), (bad,) = senses, bed.bad
     left = sense.residual(fit.body)[~bad][:, :3]
-    found["level"] += bool(abs(spread(fit) / np.sqrt(np.mean(left**2)) - 1) < 0.1)
+    # The fit has taken some of the noise out of its own residuals.
+    rms = np.sqrt(np.sum(left**2) / (left.size * degrees_of_freedom(fit, senses) / total(senses)))
+    found["level"] += bool(abs(spread(fit) / rms - 1) < 0.1)
     found["order"] += min(scores, key=lambda groups: scores[groups]) == beds.FULL
     found["outliers"] += int(bad.sum())
     found["missed"] += int((bad & ~fit.outliers[0]).sum())
     found["false"] += int((fit.outliers[0] & ~bad).sum())
+
+
+def total(senses: Sequence[Any]) -> int:
+    """Numbers of all samples."""
+    return sum(len(sense) * len(sense.covariance) for sense in senses)
 
 
 def spread(fit: bs.Estimate) -> float:
@@ -237,8 +245,8 @@ def main() -> None:
         figures |= {
             "grid": grid(1),
             "grid_before": BEFORE_GRID,
-            "family": family(8),
-            "repeats": repeats(8),
+            "family": family(16),
+            "repeats": repeats(16),
         }
     print(json.dumps(figures) if options.json else json.dumps(figures, indent=2))
 
