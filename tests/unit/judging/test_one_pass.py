@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bodyschema.answers.calibrate import calibrate
+from bodyschema.judging.one_pass import fit_at, fitting
 from bodyschema.errors import InputError
 from bodyschema.estimation.problem import Problem
-from bodyschema.judging.one_pass import fit_at, fitting
 from bodyschema.model.variables import free_joints
 from simulated import drawn, forgotten, points, postures, seen_arm
 
