@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from bodyschema.learners.touch.search import TouchSearch
     from bodyschema.learners.watched_body import WatchedBody
     from bodyschema.learners.watched_images import WatchedImages
+    from bodyschema.learners.watched_smoother import Block, WatchedSmoother
     from bodyschema.model.camera import Camera
     from bodyschema.model.inertia import Inertia
     from bodyschema.model.kinematics import frame_jacobian, relative_pose
@@ -70,8 +71,6 @@ if TYPE_CHECKING:
         join,
     )
     from bodyschema.monitoring.change import detect_change
-    from bodyschema.monitoring.innovations import Candidate
-    from bodyschema.monitoring.link_change import LinkMonitor
     from bodyschema.monitoring.monitor import Monitor
     from bodyschema.monitoring.stream_check import check_stream
     from bodyschema.senses.images import Images
@@ -164,8 +163,8 @@ _HOMES = {
     "with_shortest_links": "learners.skeletons.shortest_links",
     "Smoother": "learners.smoother",
     "detect_change": "monitoring.change",
-    "Candidate": "monitoring.innovations",
-    "LinkMonitor": "monitoring.link_change",
+    "Block": "learners.watched_smoother",
+    "WatchedSmoother": "learners.watched_smoother",
     "plan_poses": "acting.next_poses",
     "Aim": "acting.inverse_kinematics",
     "InverseKinematics": "acting.inverse_kinematics",
@@ -177,12 +176,12 @@ _HOMES = {
 __all__ = [
     "Aim",
     "Answer",
+    "Block",
     "Body",
     "BodyFinder",
     "BodyInView",
     "BodyschemaError",
     "Camera",
-    "Candidate",
     "ContourTracker",
     "CornerTracker",
     "Doubts",
@@ -197,7 +196,6 @@ __all__ = [
     "InverseKinematics",
     "JoinedStreams",
     "KnownLoad",
-    "LinkMonitor",
     "LoadLearner",
     "Markerless",
     "MissingExtraError",
@@ -229,6 +227,7 @@ __all__ = [
     "Variables",
     "WatchedBody",
     "WatchedImages",
+    "WatchedSmoother",
     "WrenchStream",
     "Wrenches",
     "WristDeclaration",

@@ -205,7 +205,7 @@ def test_a_good_sample_says_what_it_was_worth(arm: tuple[Body, Variables]) -> No
     rng = np.random.default_rng(4)
     seen = poses(nominal, postures(400, nominal, rng), rng)
     learner = Filter(freedom=np.inf)
-    infos = [info for _, info in run(learner, learner.start(nominal, variables), [seen])]
+    infos = [info for _, (info,) in run(learner, learner.start(nominal, variables), [seen])]
     assert all(np.isnan(info.surprise) and info.weight == 0 for info in infos[:12])
     assert np.mean([info.surprise for info in infos[12:]]) == pytest.approx(6, rel=0.1)
     assert all(info.weight == 1 for info in infos[12:])
