@@ -3,7 +3,7 @@
     python benchmarks/false_alarms.py [--hours H] [--json]
 
 An arm moves at random for twenty minutes a run before a stereo camera with noise of 0.5 pixels;
-the machine identifies hand and eye from one tracked point, then watches. H hours each of
+the monitor identifies hand and eye from one tracked point, then watches. H hours each of
 
     white       independent noise
     correlated  noise of the same size with a correlation of 0.9 from sample to sample
@@ -11,7 +11,7 @@ the machine identifies hand and eye from one tracked point, then watches. H hour
     late        images 33 ms late; the lag is estimated from the first 30 s, then taken out
 
 Printed are the hours watched, alarms, alarms that were confirmed as a change, and certificates
-that are wrong (beyond 0.2 degrees, 5 mm or 2 mm). The machine is set to one false alarm a day.
+that are wrong (beyond 0.2 degrees, 5 mm or 2 mm). The monitor is set to one false alarm a day.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 import numpy as np
 
 from bodyschema import lie
-from bodyschema.learners.hand_eye.clock import ClockSearch
+from bodyschema.learners.hand_eye.clock import ClockSearch, LatePoints
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.model.kinematics import relative_pose
-from bodyschema.monitoring.machine import Machine
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.simulation.katana import (
     Noise,
     Scene,
@@ -74,7 +74,7 @@ def lag_of(clock: ClockSearch, seen: Stream, begin: float, end: float) -> float:
     )
     state = clock.start()
     for T, pixels in zip(poses, seen.pixels[part], strict=True):
-        state = clock.step(state, T, pixels)
+        state, _ = clock.step(state, (LatePoints(T, pixels),))
     return clock.solve(state).seconds
 
 
@@ -96,10 +96,10 @@ def watch(condition: str, run: int, minutes: float = MINUTES) -> dict[str, float
     if lag:
         seen, found = corrected(seen)
         count["lag_error_ms"] = 1e3 * abs(found - lag)
-    machine = Machine(HandEyePoints(stereo()))
-    state = machine.start()
+    monitor = Monitor(HandEyePoints(stereo()))
+    state = monitor.start()
     for i in range(len(seen)):
-        state, report = machine.step(state, seen.sample(i))
+        state, report = monitor.step(state, (seen.sample(i),))
         count["hours"] += (report.mode == "observe") / 108_000
         count["alarms"] += report.event == "alarm"
         count["confirmed"] += report.event == "changed"

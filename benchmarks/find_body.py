@@ -43,7 +43,7 @@ def measure(detector: Any, frames: int) -> dict[str, float]:
     state, took = detector.start((WIDTH, HEIGHT)), []
     for i, (picture, q) in enumerate(film(frames)):
         begin = time.process_time()
-        state = detector.step(state, i / 30, picture, q)
+        state, _ = detector.step(state, (bs.Frame(i / 30, picture, q),))
         took.append(1e3 * (time.process_time() - begin))
     begin = time.process_time()
     for _ in range(20):

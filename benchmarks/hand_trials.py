@@ -102,7 +102,7 @@ def followed(mine: Believed, number: int, scene: Scene) -> tuple[Array, float]:
     tracker = bs.ContourTracker(mine.surface, doubts=mine.doubts)
     state, way = tracker.start(mine.body, icub.RIGHT_ARM), shown(number, scene)
     for seen in way.images:
-        state, info = tracker.step(state, replace(seen, cameras=mine.cameras))
+        state, (info,) = tracker.step(state, (replace(seen, cameras=mine.cameras),))
     T, P = hand_pose(info.whole, seen.q, icub.LEFT_EYE, icub.HAND)
     e = pose_error(way.poses[-1], T)
     return distance(way.poses[-1], T), float(e @ np.linalg.solve(P, e))

@@ -1,4 +1,4 @@
-"""The machine on bad streams: noise that remembers, wild samples, bursts, gaps, early changes.
+"""The monitor on bad streams: noise that remembers, wild samples, bursts, gaps, early changes.
 
     python benchmarks/hard_streams.py [--seeds N] [--json]
 
@@ -32,7 +32,7 @@ import numpy as np
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.hand_eye.stereo_points import StereoPoints
 from bodyschema.model.kinematics import relative_pose
-from bodyschema.monitoring.machine import Machine
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.simulation.katana import (
     IMAGE,
     Noise,
@@ -76,10 +76,10 @@ def run(condition: str, seed: int) -> dict[str, Any]:
             pixels[k : k + 30] = np.nan
     if condition == "gaps":
         pixels[rng.uniform(size=len(pixels)) < 0.2] = np.nan
-    machine = Machine(HandEyePoints(eyes))
-    state, events = machine.start(), []
+    monitor = Monitor(HandEyePoints(eyes))
+    state, events = monitor.start(), []
     for i, moment in enumerate(times):
-        state, report = machine.step(state, StereoPoints(float(moment), T[i], pixels[i]))
+        state, report = monitor.step(state, (StereoPoints(float(moment), T[i], pixels[i]),))
         if report.event:
             theta = state.belief.theta
             bad = theta is None or wrong(Scene(theta.T_world_cam, theta.points), scenes[i])
@@ -119,7 +119,7 @@ def summary(runs: list[dict[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(description="The machine on bad streams.")
+    parser = argparse.ArgumentParser(description="The monitor on bad streams.")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
     options = parser.parse_args()

@@ -3,7 +3,7 @@
     python benchmarks/image_jump.py [--seeds N] [--seconds S] [--jump DEG] [--json]
 
 The right arm moves between random postures in which both eyes see the hand, ten pairs of masks a
-second. Its seven joints are off by the published offsets. The machine finds them with the published
+second. Its seven joints are off by the published offsets. The monitor finds them with the published
 particle filter (200 particles) and follows them by the arm's outline until the hand's place is
 certified to 2 mm; then it watches for S seconds, set to one false alarm a day. After that one joint
 jumps by J degrees either way, another one for each seed.
@@ -30,7 +30,7 @@ import numpy as np
 from bodyschema.acting.trajectory import joint_trajectory
 from bodyschema.learners.published.particle_filter import ParticleFilter
 from bodyschema.learners.watched_images import WatchedImages, WatchedOutline
-from bodyschema.monitoring.machine import Machine, Watch
+from bodyschema.monitoring.monitor import Monitor, MonitorState
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
 from bodyschema.simulation.seeing_icub import SeeingIcub
@@ -49,15 +49,15 @@ AFTER = 30.0
 PATIENCE = 90.0
 """s within which a body must be certified."""
 
-State = Watch[WatchedOutline, Images]
+State = MonitorState[WatchedOutline, Images]
 
 
-def machine(seed: int) -> Machine[WatchedOutline, Images]:
-    """The machine round the particle filter."""
+def monitor(seed: int) -> Monitor[WatchedOutline, Images]:
+    """The monitor round the particle filter."""
     mine = believed("identical")
     finder = ParticleFilter(mine.surface, seed=seed)
     learner = WatchedImages(mine.body, icub.RIGHT_ARM, icub.HAND, finder)
-    return Machine(learner, samples=24 * 3600 * RATE)
+    return Monitor(learner, samples=24 * 3600 * RATE)
 
 
 class Arm:
@@ -84,12 +84,12 @@ class Arm:
 
 
 def watch(
-    m: Machine[WatchedOutline, Images], state: State, arm: Arm, seconds: float, until: str = ""
+    m: Monitor[WatchedOutline, Images], state: State, arm: Arm, seconds: float, until: str = ""
 ) -> tuple[State, list[tuple[float, str, str]]]:
-    """Run the machine for so long, or until something is reported; events in s."""
+    """Run the monitor for so long, or until something is reported; events in s."""
     events = []
     for i in range(round(seconds * RATE)):
-        state, report = m.step(state, arm.look())
+        state, report = m.step(state, (arm.look(),))
         if report.event:
             events.append(((i + 1) / RATE, report.event, report.block))
         if until and report.event == until:
@@ -100,7 +100,7 @@ def watch(
 def run(seed: int, jump: float, calm_s: float) -> dict[str, Any]:
     """One arm: learned, watched, and changed."""
     rng = np.random.default_rng(seed)
-    arm, m = Arm(rng), machine(seed)
+    arm, m = Arm(rng), monitor(seed)
     state, events = watch(m, m.start(), arm, PATIENCE, "identified")
     found: dict[str, Any] = {"joint": icub.RIGHT_ARM[seed % len(icub.RIGHT_ARM)]}
     if not events or state.mode != "observe":

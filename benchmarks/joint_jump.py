@@ -4,7 +4,7 @@
 
 A UR5 moves at random, half as fast as it may, 30 samples a second, and a tracker of unknown place
 sees a marker (points, 1 mm of noise; or poses, 1 mm and 0.2 degrees) at an unknown place on the
-tool. The machine learns the six joint zeros, the tracker's and the marker's frames with the
+tool. The monitor learns the six joint zeros, the tracker's and the marker's frames with the
 recursive Gauss-Newton learner until the prediction is certified to 2 mm in the whole workspace,
 then watches, set to one false alarm a day. One joint after the other, seed by seed, jumps at 60 s,
 by a degree either way. Then the arm is watched without any change for M minutes a seed.
@@ -32,10 +32,10 @@ import numpy as np
 from arms import robots
 from bodyschema import lie
 from bodyschema.learners.filter import Filter
-from bodyschema.learners.watched_body import Moment, WatchedBelief, WatchedBody
+from bodyschema.learners.watched_body import WatchedBelief, WatchedBody
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.variables import free_frame, free_joints, join
-from bodyschema.monitoring.machine import Machine, Watch
+from bodyschema.monitoring.monitor import Monitor, MonitorState
 from bodyschema.senses.sense import Sense
 
 URDF = "ur_description/urdf/ur5_robot.urdf"
@@ -103,8 +103,8 @@ def see(
     return bs.Poses.make(q, lie.transform(turned, position), "tracker", "marker", time=time_s)
 
 
-def machine_for(sense: str) -> Machine[WatchedBelief, Moment]:
-    """The machine round the recursive learner."""
+def monitor_for(sense: str) -> Monitor[WatchedBelief, Sense]:
+    """The monitor round the recursive learner."""
     body = nominal()
     turns = None if sense == "points" else 1.0
     variables = join(
@@ -113,12 +113,12 @@ def machine_for(sense: str) -> Machine[WatchedBelief, Moment]:
         free_frame(body, "marker", turn_std=turns),
     )
     learner = Filter(unknown=("tracker", "marker"), burn_in=300)
-    return Machine(WatchedBody(body, variables, learner))
+    return Monitor(WatchedBody(body, variables, learner))
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that the machine reported."""
+    """Something that the monitor reported."""
 
     time: float
     name: str
@@ -126,12 +126,12 @@ class Event:
 
 
 def watch(
-    machine: Machine[WatchedBelief, Moment], state: Watch[WatchedBelief, Moment], seen: Sense
-) -> tuple[Watch[WatchedBelief, Moment], list[Event]]:
-    """Run the machine over a stream."""
+    monitor: Monitor[WatchedBelief, Sense], state: MonitorState[WatchedBelief, Sense], seen: Sense
+) -> tuple[MonitorState[WatchedBelief, Sense], list[Event]]:
+    """Run the monitor over a stream."""
     events = []
     for i in range(len(seen)):
-        state, report = machine.step(state, (seen.take([i]),))
+        state, report = monitor.step(state, (seen.take([i]),))
         if report.event:
             events.append(Event(float(seen.time[i]), report.event, report.block))
     return state, events
@@ -145,11 +145,11 @@ def jump(seed: int, sense: str) -> dict[str, Any]:
     zeros = free_joints(truth, ("offsets",))
     moved = truth.with_variables(zeros, JUMP * rng.choice([-1, 1]) * (np.arange(6) == joint))
     at, moment = round(AT * RATE), np.arange(len(q)) / RATE
-    machine = machine_for(sense)
+    monitor = monitor_for(sense)
     before = see(truth, q[:at], moment[:at], sense, rng)
     after = see(moved, q[at:], moment[at:], sense, rng)
-    state, early = watch(machine, machine.start(), before)
-    _, late = watch(machine, state, after)
+    state, early = watch(monitor, monitor.start(), before)
+    _, late = watch(monitor, state, after)
     found: dict[str, Any] = {
         "joint": truth.joints[joint],
         "certified_s": next((e.time for e in early if e.name == "identified"), None),
@@ -170,9 +170,9 @@ def calm(seed: int, sense: str, minutes: float) -> tuple[float, int, int]:
     """Hours watched without a change; alarms, and those that were confirmed."""
     rng = np.random.default_rng(1000 + seed)
     truth, q = draw_truth(rng), draw_motion(60 * minutes, rng)
-    machine = machine_for(sense)
+    monitor = monitor_for(sense)
     seen = see(truth, q, np.arange(len(q)) / RATE, sense, rng)
-    _, events = watch(machine, machine.start(), seen)
+    _, events = watch(monitor, monitor.start(), seen)
     begin = next((e.time for e in events if e.name == "identified"), 60 * minutes)
     alarms = sum(e.name == "alarm" for e in events)
     confirmed = sum(e.name == "changed" for e in events)

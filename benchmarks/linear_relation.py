@@ -5,7 +5,7 @@
 update_us   adding the rows of one sample to the sums: 16 unknowns (3 rows), 25 (6), 40 (3)
 solve_us    smallest eigenvector of the sums
 learn_us    one sample of the hand-eye learner once it is certified, its fits included
-watch_us    one sample of the machine while it observes
+watch_us    one sample of the monitor while it observes
 drift       watch_us in the last five minutes of an hour of stream over that in the first five
 
 All are CPU times of one process; the fastest of several repeats where there are repeats.
@@ -25,7 +25,7 @@ import numpy as np
 
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.published.linear_relation import Moments, PaperRelation
-from bodyschema.monitoring.machine import Machine
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.simulation.katana import RATE, draw_scene, stereo, stream
 
 SIZES = {16: 3, 25: 6, 40: 3}
@@ -59,20 +59,20 @@ def sums() -> dict[str, dict[str, float]]:
 
 
 def watching() -> dict[str, float]:
-    """An hour of stream through learner and machine."""
+    """An hour of stream through learner and monitor."""
     rng = np.random.default_rng(0)
     scene = draw_scene(rng)
     seen = stream(scene, 3600, stereo(), rng)
-    machine = Machine(HandEyePoints(stereo()))
-    state, five = machine.start(), round(300 * RATE)
+    monitor = Monitor(HandEyePoints(stereo()))
+    state, five = monitor.start(), round(300 * RATE)
     pieces, begin = [], time.process_time()
     for i in range(len(seen)):
-        state, _ = machine.step(state, seen.sample(i))
+        state, _ = monitor.step(state, (seen.sample(i),))
         if i % five == five - 1:
             pieces.append(1e6 * (time.process_time() - begin) / five)
             begin = time.process_time()
     belief, last = state.belief, seen.sample(len(seen) - 1)
-    learn = fastest(lambda: machine.learner.step(belief, last), 300)
+    learn = fastest(lambda: monitor.learner.step(belief, (last,)), 300)
     # The first five minutes hold the identification; watching begins with the second.
     return {
         "learn_us": learn,

@@ -25,7 +25,8 @@ import bodyschema  # noqa: F401  (sets one BLAS thread a process, so it must com
 # isort: split
 import numpy as np
 
-from bodyschema.monitoring.held_load import LoadWatch
+from bodyschema.learners.payload.learner import LoadLearner
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.senses.wrench_stream import WrenchStream
 from bodyschema.simulation.loads import (
@@ -47,13 +48,13 @@ def cost(seconds: float = 600.0) -> dict[str, float]:
     rng = np.random.default_rng(0)
     motion = draw_motion(rng, seconds, 0.5, RATE)
     samples = record(motion, [Held(0, draw_load(rng, 0.6))], draw_sensor(rng, 0.02), rng)
-    stream, watch = WrenchStream(), LoadWatch()
+    stream, watch = WrenchStream(), Monitor(LoadLearner())
     buffer, state = stream.start(), watch.start()
     tenth, pieces, begin = len(samples) // 10, [], time.process_time()
     for i in range(len(samples)):
         buffer, mean = stream.step(buffer, samples.take(slice(i, i + 1)))
         if mean is not None:
-            state, _ = watch.step(state, mean)
+            state, _ = watch.step(state, (mean,))
         if i % tenth == tenth - 1:
             pieces.append(1e6 * (time.process_time() - begin) / tenth)
             begin = time.process_time()
@@ -62,16 +63,16 @@ def cost(seconds: float = 600.0) -> dict[str, float]:
 
 def follow(samples: Any) -> tuple[list[float], list[tuple[float, str]]]:
     """Times of alarms, and events with their times, as they are told."""
-    averaging, watch = Averaging(), LoadWatch()
+    averaging, watch = Averaging(), Monitor(LoadLearner())
     means, state = averaging.means(samples), watch.start()
     alarms, events = [], []
     for k in range(len(means)):
-        state, report = watch.step(state, means.take(slice(k, k + 1)))
+        state, report = watch.step(state, (means.take(slice(k, k + 1)),))
         told = float(means.time[k]) + averaging.window / 2
         if report.event == "alarm":
             alarms.append(told)
         elif report.event:
-            events.append((told, str(report.event)))
+            events.append((told, report.change or report.event))
     return alarms, events
 
 

@@ -174,7 +174,7 @@ def recursive_update() -> dict[str, float]:
     def steps() -> None:
         belief = state
         for sample in samples:
-            belief, _ = learner.step(belief, sample)
+            belief, _ = learner.step(belief, (sample,))
 
     return {"us": 1e6 * fastest(steps) / len(samples), "parameters": len(variables)}
 

@@ -97,7 +97,7 @@ def timed(learner: Any, frames: list[Images], scene: Scene) -> dict[str, float]:
     state = learner.start(body, icub.RIGHT_ARM)
     for images in frames:
         c, w = time.process_time(), time.perf_counter()
-        state, _ = learner.step(state, prepared(images, scene))
+        state, _ = learner.step(state, (prepared(images, scene),))
         cpu.append(time.process_time() - c)
         wall.append(time.perf_counter() - w)
     middle = float(np.median(wall[1:]))

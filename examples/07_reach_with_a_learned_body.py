@@ -57,7 +57,7 @@ for time in range(POSTURES):
     if time % 6 == 0:
         print(f"{time:8}   {state.phase:12} {1e3 * error:9.2f}")
     for sight in sights:
-        state, _ = learner.step(state, sight)
+        state, _ = learner.step(state, (sight,))
 
 targets = []
 for _ in range(TARGETS):

@@ -55,7 +55,7 @@ def look(finder: bs.BodyFinder, moments: Iterator[Moment]) -> bs.BodyInView:
     state, known = None, -1
     for t, image, q in moments:
         state = state or finder.start(image.shape[::-1])
-        state = finder.step(state, t, image, q)
+        state, _ = finder.step(state, (bs.Frame(t, image, q),))
         found = finder.found(state)
         if found.motions != known:
             known = found.motions

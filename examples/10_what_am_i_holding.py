@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bodyschema import Inertia, LoadWatch, WrenchStream
+from bodyschema import Inertia, LoadLearner, Monitor, WrenchStream
 from bodyschema.simulation.loads import Held, draw_motion, draw_sensor, joined, record, wire_box
 
 rng = np.random.default_rng(0)
@@ -21,25 +21,26 @@ motion = draw_motion(rng, 36.0, speed=0.5, rate=100.0)
 samples = record(motion, held, draw_sensor(rng, np.radians(1)), rng)
 print(f"hand {hand.mass:.3f} kg; box {box.mass:.3f} kg, grasped at 12 s, let go at 24 s")
 
-stream, watch = WrenchStream(), LoadWatch()
-buffer, state = stream.start(), watch.start()
+stream, monitor = WrenchStream(), Monitor(LoadLearner())
+buffer, state = stream.start(), monitor.start()
 known = []
 for i in range(len(samples)):
     buffer, mean = stream.step(buffer, samples.take(slice(i, i + 1)))
     if mean is None:
         continue
-    state, report = watch.step(state, mean)
-    if report.event == "alarm":
+    state, info = monitor.step(state, (mean,))
+    if info.event == "alarm":
         print(f"{samples.time[i]:6.2f} s  something changed")
-    elif report.event and report.load is not None:
-        known.append(report.load)
-        print(f"{samples.time[i]:6.2f} s  {report.event}: now {report.load.mass:.3f} kg")
+    elif info.event:
+        load = state.belief.load
+        known.append(load)
+        print(f"{samples.time[i]:6.2f} s  {info.change or info.event}: now {load.mass:.3f} kg")
 
 # The difference of two loads in one frame is what was grasped.
 thing = Inertia.from_phi(known[1].phi - known[0].phi)
 print(f"grasped: {thing.mass:.3f} kg")
 print(f"  its centre of mass: {np.round(1e3 * thing.com, 1)} mm, truth {1e3 * box.com}")
 
-bound = watch.learner.certificate(state.belief)
-print(f"the hand's mass is known to {1e3 * bound.mass_bound:.2f} g,", end=" ")
-print(f"its centre to {1e3 * bound.com_bound:.2f} mm (99 %)")
+bounds = monitor.learner.certificate(state.belief).bounds
+print(f"the hand's mass is known to {1e3 * bounds['mass']:.2f} g,", end=" ")
+print(f"its centre to {1e3 * bounds['centre of mass']:.2f} mm (99 %)")

@@ -22,7 +22,7 @@ rng = np.random.default_rng(11)
 wrist = draw_wrist("mesh", "identified", speed=0.5, rng=rng)
 
 learner, quiet = LoadLearner(), wrist.move(20.0, rng)
-belief = learner.step(learner.start(), Averaging().means(quiet))
+belief, _ = learner.step(learner.start(), (Averaging().means(quiet),))
 print(f"a cup of {belief.load.mass:.4f} kg; truly {wrist.held.load.mass:.4f} kg")
 
 search = TouchSearch.taught(quiet, KnownLoad.of(belief.solution), wrist.held.solid)
@@ -42,8 +42,9 @@ for i in range(len(samples)):
         continue
     left = Unexplained.of(mean, search.load)
     state = state or finder.start(left.factor.shape[2])
-    for time, wrench, factor in left.samples():
-        state, felt = finder.step(state, time, wrench, factor)
+    for moment in left.moments():
+        state, (felt,) = finder.step(state, moment)
+        time = moment[0].time[0]
         if felt.event == "begins":
             print(f"\n{time:5.2f} s  something touches the cup")
         if felt.event == "ends":

@@ -9,22 +9,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.estimation.certificate import Certificate
-from bodyschema.estimation.stream_noise import wild_beyond
-from bodyschema.learners.watchable import Doubt, WhiteInnovation
-from bodyschema.monitoring.machine import Machine, Report
+from bodyschema.estimation.belief import GaussianBelief, Slopes, WhiteInnovation, forget, inverse
+from bodyschema.estimation.certificate import Certificate, Tolerance
+from bodyschema.estimation.stream_noise import StreamNoise, outlier_limit
+from bodyschema.learners.learner import MonitoredLearner, in_turn
+from bodyschema.monitoring.monitor import Monitor, MonitorState
 from bodyschema.monitoring.whitening import prepare
 
-__all__ = ["Doubt", "Linear", "Monitor", "Sample", "Stream", "WhiteInnovation", "prepare"]
+__all__ = [
+    "GaussianBelief",
+    "Linear",
+    "Monitor",
+    "Stream",
+    "StreamNoise",
+    "WhiteInnovation",
+    "prepare",
+]
 
 Array = NDArray[np.float64]
-
-Monitor = Machine
 
 
 class Sample(NamedTuple):
@@ -45,13 +52,13 @@ class Known:
     samples: int = 0
     cost: float = 0.0
     rows: float = 0.0
-    wild: float = 0.0
-    """Running share of wild samples."""
+    recent: float = 0.0
+    """Running share of outliers."""
     relearning: bool = False
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linear(MonitoredLearner[Known, Sample, tuple[float, ...]]):
     """Settings."""
 
     parts: Mapping[str, Sequence[int]]
@@ -59,7 +66,7 @@ class Linear:
     prior: float = 10.0
     """Standard deviation of each variable."""
     bound: float = 0.5
-    """Standard deviation of the worst variable that is good enough."""
+    """Standard deviation of the worst direction that is good enough."""
     correlation: float = 0.0
     level: float = 1.0
     """Variance of the noise."""
@@ -83,55 +90,60 @@ class Linear:
     def start(self) -> Known:
         return Known(np.zeros(self.size), np.eye(self.size) / self.prior**2)
 
-    def step(self, state: Known, sample: Sample) -> Known:
+    def step(self, state: Known, moment: tuple[Sample, ...]) -> tuple[Known, tuple[float, ...]]:
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: Known, sample: Sample) -> tuple[Known, float]:
         noise = self.tau * self.level
         e = sample.y - sample.A @ state.x
         S = noise * np.eye(len(e)) + sample.A @ np.linalg.solve(state.information, sample.A.T)
         q = float(e @ np.linalg.solve(S, e))
-        limit = wild_beyond(len(e))
-        wild = state.wild + (float(q > limit) - state.wild) / 30
+        limit = outlier_limit(len(e))
+        recent = state.recent + (float(q > limit) - state.recent) / 30
         state = replace(
             state, samples=state.samples + 1, cost=state.cost + min(q, limit),
-            rows=state.rows + len(e), wild=wild,
+            rows=state.rows + len(e), recent=recent,
         )  # fmt: skip
         if q > limit:
-            return state
+            return state, q
         L = state.information + sample.A.T @ sample.A / noise
         x = state.x + np.linalg.solve(L, sample.A.T @ e) / noise
-        return replace(state, x=x, information=L)
+        return replace(state, x=x, information=L), q
 
-    def innovation(self, state: Known, sample: Sample) -> WhiteInnovation:
-        e = sample.y - sample.A @ state.x
-        return WhiteInnovation(e, sample.A, np.zeros(len(e), dtype=np.int64))
+    def innovation(self, state: Known, moment: tuple[Sample, ...]) -> WhiteInnovation:
+        A = np.concatenate([sample.A for sample in moment])
+        y = np.concatenate([sample.y for sample in moment])
+        source = np.repeat(np.arange(len(moment)), [len(sample.y) for sample in moment])
+        return WhiteInnovation(y - A @ state.x, A, source)
 
-    def doubt(self, state: Known) -> Doubt:
-        P = np.linalg.inv(state.information)
-        return Doubt((P + P.T) / 2, self.correlation, self.level, self.outliers)
+    def belief(self, state: Known) -> GaussianBelief:
+        share = 100.0 * self.outliers
+        noise = StreamNoise(self.level, self.correlation, 0.0, share, state.recent)
+        relearned = state.relearning and state.rows > 0
+        return GaussianBelief(
+            inverse(state.information),
+            Tolerance({"x": 2.58 * self.bound}),
+            noise,
+            self.tau * self.level,
+            state.cost,
+            state.rows,
+            fit=state.cost / state.rows if relearned else 1.0,
+            freedom=state.rows,
+            begun=state.samples >= 6,
+        )
+
+    def certificate(self, state: Known) -> Certificate:
+        directions = np.linalg.eigh(state.information)[1].T
+        return self.belief(state).certificate({"x": Slopes(directions[:, None], "m")})
+
+    def forget(self, state: Known, block: str) -> Known:
+        L = state.information
+        if block:
+            L = forget(L, self.blocks[block], self.prior**-2.0)
+        return Known(state.x, L, relearning=True)
 
     def difference(self, state: Known, earlier: Known) -> Array:
         return state.x - earlier.x
-
-    def certificate(self, state: Known) -> Certificate:
-        std = float(np.sqrt(np.linalg.eigvalsh(self.doubt(state).covariance)[-1]))
-        cost, n = self.evidence(state)
-        fits = not state.relearning or cost < self.level * (n + 6 * np.sqrt(2 * n))
-        holds = std < self.bound and state.wild < 0.3 and fits and state.samples >= 6
-        return Certificate(holds, {"x": std}, 1.0, () if holds else ("not yet.",))
-
-    def forget(self, state: Known, block: str) -> Known:
-        L = state.information.copy()
-        if block:
-            t = self.blocks[block]
-            L = L - L[:, t] @ np.linalg.solve(L[np.ix_(t, t)], L[t])
-            L[t], L[:, t] = 0.0, 0.0
-            L[t, t] = self.prior**-2.0
-        return Known(state.x, (L + L.T) / 2, relearning=True)
-
-    def evidence(self, state: Known) -> tuple[float, float]:
-        return state.cost * self.level, state.rows
-
-    def astray(self, state: Known) -> bool:
-        return state.wild > 0.5
 
 
 class Stream:
@@ -155,19 +167,25 @@ Events = list[tuple[int, str, str]]
 
 
 def follow(
-    monitor: Machine[Known, Sample], state: object, samples: Sequence[Sample]
-) -> tuple[object, Events]:
-    """Feed samples; the state, and number, event and block of all that was reported."""
+    monitor: Monitor[Known, Sample], state: MonitorState[Known, Sample], samples: Sequence[Sample]
+) -> tuple[MonitorState[Known, Sample], Events]:
+    """Feed samples, each a moment; see `watch`."""
+    return watch(monitor, state, [(sample,) for sample in samples])
+
+
+def watch(
+    monitor: Monitor[Any, Any], state: MonitorState[Any, Any], moments: Sequence[tuple[Any, ...]]
+) -> tuple[MonitorState[Any, Any], Events]:
+    """Feed moments; the state, and number, event and block of all that was reported."""
     events: Events = []
-    for i, sample in enumerate(samples):
-        report: Report
-        state, report = monitor.step(state, sample)  # type: ignore[arg-type]
+    for i, moment in enumerate(moments):
+        state, report = monitor.step(state, moment)
         if report.event:
             events.append((i, report.event, report.block))
     return state, events
 
 
-def certified(monitor: Machine[Known, Sample], stream: Stream) -> object:
+def certified(monitor: Monitor[Known, Sample], stream: Stream) -> MonitorState[Known, Sample]:
     """The state once it observes.
 
     Raises:
@@ -175,7 +193,7 @@ def certified(monitor: Machine[Known, Sample], stream: Stream) -> object:
     """
     state = monitor.start()
     for _ in range(400):
-        state, report = monitor.step(state, stream.draw())
+        state, report = monitor.step(state, (stream.draw(),))
         if report.event == "identified":
             return state
     raise AssertionError("never certified.")

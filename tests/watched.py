@@ -38,5 +38,5 @@ def learned(learner: HandEyePoints, seen_stream: Stream, first: int = 0):
     """The learner's state after a stream."""
     state = learner.start()
     for i in range(first, len(seen_stream)):
-        state = learner.step(state, seen_stream.sample(i))
+        state, _ = learner.step(state, (seen_stream.sample(i),))
     return state

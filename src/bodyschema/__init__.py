@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from bodyschema.answers.touch import find_touches
     from bodyschema.attention.body_in_view import BodyInView
     from bodyschema.attention.finder import BodyFinder
+    from bodyschema.attention.frames import Frame
     from bodyschema.attention.onsets import OnsetCoincidence
     from bodyschema.errors import BodyschemaError, InputError, MissingExtraError
+    from bodyschema.estimation.certificate import Tolerance
     from bodyschema.estimation.determinable import determinable
     from bodyschema.estimation.estimate import Estimate
     from bodyschema.estimation.solver import Solver
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from bodyschema.learners.touch.search import TouchSearch
     from bodyschema.learners.watched_body import WatchedBody
     from bodyschema.learners.watched_images import WatchedImages
+    from bodyschema.learners.watched_smoother import Block, WatchedSmoother
     from bodyschema.model.camera import Camera
     from bodyschema.model.inertia import Inertia
     from bodyschema.model.kinematics import frame_jacobian, relative_pose
@@ -68,10 +71,7 @@ if TYPE_CHECKING:
         join,
     )
     from bodyschema.monitoring.change import detect_change
-    from bodyschema.monitoring.held_load import LoadWatch
-    from bodyschema.monitoring.innovations import Candidate
-    from bodyschema.monitoring.link_change import LinkMonitor
-    from bodyschema.monitoring.machine import Machine
+    from bodyschema.monitoring.monitor import Monitor
     from bodyschema.monitoring.stream_check import check_stream
     from bodyschema.senses.images import Images
     from bodyschema.senses.points import Points
@@ -101,7 +101,6 @@ _HOMES = {
     "TouchSearch": "learners.touch.search",
     "fit_payload": "learners.payload.recorded",
     "PaperPayload": "learners.published.paper_payload",
-    "LoadWatch": "monitoring.held_load",
     "LoadLearner": "learners.payload.learner",
     "WrenchStream": "senses.wrench_stream",
     "WristSamples": "senses.wrist_samples",
@@ -109,7 +108,8 @@ _HOMES = {
     "Inertia": "model.inertia",
     "CornerTracker": "vision.corners",
     "PaperRelation": "learners.published.linear_relation",
-    "Machine": "monitoring.machine",
+    "Monitor": "monitoring.monitor",
+    "Tolerance": "estimation.certificate",
     "WatchedBody": "learners.watched_body",
     "WatchedImages": "learners.watched_images",
     "check_stream": "monitoring.stream_check",
@@ -117,6 +117,7 @@ _HOMES = {
     "Stereo": "learners.hand_eye.stereo_points",
     "HandEyePoints": "learners.hand_eye.points",
     "BodyFinder": "attention.finder",
+    "Frame": "attention.frames",
     "BodyInView": "attention.body_in_view",
     "OnsetCoincidence": "attention.onsets",
     "Camera": "model.camera",
@@ -162,8 +163,8 @@ _HOMES = {
     "with_shortest_links": "learners.skeletons.shortest_links",
     "Smoother": "learners.smoother",
     "detect_change": "monitoring.change",
-    "Candidate": "monitoring.innovations",
-    "LinkMonitor": "monitoring.link_change",
+    "Block": "learners.watched_smoother",
+    "WatchedSmoother": "learners.watched_smoother",
     "plan_poses": "acting.next_poses",
     "Aim": "acting.inverse_kinematics",
     "InverseKinematics": "acting.inverse_kinematics",
@@ -175,17 +176,18 @@ _HOMES = {
 __all__ = [
     "Aim",
     "Answer",
+    "Block",
     "Body",
     "BodyFinder",
     "BodyInView",
     "BodyschemaError",
     "Camera",
-    "Candidate",
     "ContourTracker",
     "CornerTracker",
     "Doubts",
     "Estimate",
     "Filter",
+    "Frame",
     "HandEye",
     "HandEyePoints",
     "Images",
@@ -194,12 +196,10 @@ __all__ = [
     "InverseKinematics",
     "JoinedStreams",
     "KnownLoad",
-    "LinkMonitor",
     "LoadLearner",
-    "LoadWatch",
-    "Machine",
     "Markerless",
     "MissingExtraError",
+    "Monitor",
     "OnlineGradient",
     "OnsetCoincidence",
     "PaperPayload",
@@ -220,12 +220,14 @@ __all__ = [
     "Stereo",
     "StereoPoints",
     "Surface",
+    "Tolerance",
     "TouchFinder",
     "TouchSearch",
     "Touches",
     "Variables",
     "WatchedBody",
     "WatchedImages",
+    "WatchedSmoother",
     "WrenchStream",
     "Wrenches",
     "WristDeclaration",

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from linear_learner import (
-    Doubt,
+    GaussianBelief,
     Linear,
     Monitor,
     Sample,
     Stream,
+    StreamNoise,
     WhiteInnovation,
     certified,
     follow,
@@ -110,10 +111,12 @@ def test_noise_that_grows_is_noticed_though_no_part_explains_it() -> None:
 
 def test_whitened_slopes_are_those_of_whitened_innovations() -> None:
     rng = np.random.default_rng(0)
-    doubt, d, before = Doubt(np.zeros((2, 2)), 0.8, 4.0, 0.01), rng.normal(size=2), None
+    noise = StreamNoise(level=4.0, product=0.8)
+    belief = GaussianBelief(np.zeros((2, 2)), noise=noise)
+    d, before = rng.normal(size=2), None
     for _ in range(5):
         J = 0.1 * rng.normal(size=(3, 2))
-        tested = prepare(WhiteInnovation(J @ d, J, np.zeros(3, dtype=np.int64)), before, doubt)
+        tested = prepare(WhiteInnovation(J @ d, J, np.zeros(3, dtype=np.int64)), before, belief)
         before = tested.kept
         assert tested.e == pytest.approx(tested.J @ d)
 
@@ -142,6 +145,6 @@ def test_what_was_not_moved_is_said_not_to_be_watched() -> None:
     A = np.array([[1.0, 0.0]] * 3)
     samples = [Sample(A, stream.rng.normal(size=3)) for _ in range(60)]
     state, _ = follow(monitor, state, samples)
-    seen = monitor.vigilance(state)  # type: ignore[arg-type]
+    seen = monitor.vigilance(state)
     assert seen["a"] < 2
     assert seen["b"] == np.inf

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bodyschema import Inertia, LoadWatch
+from bodyschema import Inertia
 from bodyschema.learners.payload.learner import LoadLearner
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.simulation.loads import (
     RATE,
@@ -28,12 +29,12 @@ def felt(seed: int, held: list[Held], seconds: float, push: float = 0.0) -> Even
     samples = record(motion, held, draw_sensor(rng, 0.02), rng)
     touched = (samples.time > 8.0) & (samples.time < 8.6)
     samples.wrench[touched, :3] += push
-    means, watch = Averaging().means(samples), LoadWatch()
-    state, events = watch.start(), []
+    means, monitor = Averaging().means(samples), Monitor(LoadLearner())
+    state, events = monitor.start(), []
     for k in range(len(means)):
-        state, report = watch.step(state, means.take(slice(k, k + 1)))
-        if report.event:
-            events.append((float(means.time[k]), report.event, report.load))
+        state, info = monitor.step(state, (means.take(slice(k, k + 1)),))
+        if info.event:
+            events.append((float(means.time[k]), info.change or info.event, state.belief.load))
     return events
 
 
@@ -119,11 +120,11 @@ def test_bounds_hold() -> None:
         rng, grip = np.random.default_rng([8, seed]), gripper(seed)
         motion = draw_motion(rng, 3.0, 0.5, RATE)
         samples = record(motion, [Held(0, grip)], draw_sensor(rng, 0.02), rng)
-        belief = learner.step(learner.start(), Averaging().means(samples))
+        belief, _ = learner.step(learner.start(), (Averaging().means(samples),))
         found, load = learner.certificate(belief), belief.load
         assert load is not None
-        inside.append(abs(load.mass - grip.mass) / found.mass_bound)
-        inside.append(np.linalg.norm(load.com - grip.com) / found.com_bound)
+        inside.append(abs(load.mass - grip.mass) / found.bounds["mass"])
+        inside.append(np.linalg.norm(load.com - grip.com) / found.bounds["centre of mass"])
     assert max(inside) < 1
     assert max(inside) > 0.3
 

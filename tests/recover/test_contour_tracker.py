@@ -42,7 +42,7 @@ def stream(n: int) -> list[Images]:
 def follow(frames: list[Images]) -> tuple[TrackState, list[TrackInfo]]:
     state, infos = TRACKER.start(BODY, icub.RIGHT_ARM), []
     for seen in frames:
-        state, info = TRACKER.step(state, seen)
+        state, (info,) = TRACKER.step(state, (seen,))
         infos.append(info)
     return state, infos
 
@@ -90,7 +90,7 @@ def test_images_without_the_hand_are_lost_again_and_again() -> None:
     wall[150:, :] = (60, 120, 40)
     state = tracker.start(BODY, icub.RIGHT_ARM)
     for seen in stream(2):
-        state, info = tracker.step(state, replace(seen, pictures=(wall, wall)))
+        state, (info,) = tracker.step(state, (replace(seen, pictures=(wall, wall)),))
         assert info.lost
         assert np.isfinite(info.covariance).all()
 

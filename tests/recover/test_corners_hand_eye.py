@@ -24,7 +24,9 @@ def test_the_camera_is_found_from_pictures_alone():
             belief = learner.start()
         else:
             state = tracker.step(state, sight.left, sight.right)
-        belief = learner.step(belief, StereoPoints(sight.time, sight.T_world_hand, state.pixels))
+        belief, _ = learner.step(
+            belief, (StereoPoints(sight.time, sight.T_world_hand, state.pixels),)
+        )
     theta, truth = theta_of(belief), world_camera(1)
     turn = np.linalg.norm(lie.log_so3(theta.T_world_cam[:3, :3].T @ truth[:3, :3]))
     away = np.linalg.norm(theta.T_world_cam[:3, 3] - truth[:3, 3])

@@ -190,12 +190,12 @@ def test_one_outlier_barely_moves_the_state(
     learner = Filter()
     state = learned(learner, learner.start(nominal, variables), [seen.take(range(60))])
     outlier, _ = spoiled(seen.take([60]), 1.0, size, rng)
-    after, info = learner.step(state, outlier)
+    after, (info,) = learner.step(state, (outlier,))
     assert info.weight < 0.01
     assert info.surprise > 100
     assert (np.abs(after.x - state.x) < 0.1 * state.estimate.std).all()
     assert after.levels[seen.label][0] == pytest.approx(state.levels[seen.label][0], rel=0.1)
-    trusting, _ = replace(learner, freedom=np.inf).step(state, outlier)
+    trusting, _ = replace(learner, freedom=np.inf).step(state, (outlier,))
     moved = np.linalg.norm(after.x - state.x) / np.linalg.norm(trusting.x - state.x)
     assert moved < 0.02
 
@@ -205,7 +205,7 @@ def test_a_good_sample_says_what_it_was_worth(arm: tuple[Body, Variables]) -> No
     rng = np.random.default_rng(4)
     seen = poses(nominal, postures(400, nominal, rng), rng)
     learner = Filter(freedom=np.inf)
-    infos = [info for _, info in run(learner, learner.start(nominal, variables), [seen])]
+    infos = [info for _, (info,) in run(learner, learner.start(nominal, variables), [seen])]
     assert all(np.isnan(info.surprise) and info.weight == 0 for info in infos[:12])
     assert np.mean([info.surprise for info in infos[12:]]) == pytest.approx(6, rel=0.1)
     assert all(info.weight == 1 for info in infos[12:])

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from bodyschema.errors import InputError
-from bodyschema.learners.hand_eye.clock import ClockSearch
+from bodyschema.learners.hand_eye.clock import ClockSearch, LatePoints
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.hand_eye.stereo_points import StereoPoints
 from bodyschema.model.kinematics import relative_pose
@@ -39,7 +39,7 @@ def test_exact_pixels_give_the_exact_answer():
     learner = HandEyePoints(stereo(1e-5))
     state = learner.start()
     for i, T in enumerate(stream.T_world_hand):
-        state = learner.step(state, StereoPoints(i / 30, T, clean[i]))
+        state, _ = learner.step(state, (StereoPoints(i / 30, T, clean[i]),))
     assert max(errors(state.theta, scene)) < 1e-6
 
 
@@ -94,7 +94,7 @@ def test_slow_motion_is_never_certified_in_a_wrong_basin():
         scene, stream = seen(300 + seed, 20, speed=0.125)
         state = learner.start()
         for i in range(len(stream)):
-            state = learner.step(state, stream.sample(i))
+            state, _ = learner.step(state, (stream.sample(i),))
             if i % 3 == 2 and learner.certificate(state).holds:
                 assert errors(state.theta, scene)[0] < 0.5
                 break
@@ -125,9 +125,9 @@ def test_the_certificate_names_what_is_missing():
     learner = HandEyePoints(stereo())
     _, stream = seen(0, 3)
     state = learner.start()
-    assert "too few moments" in learner.certificate(state).missing[0]
+    assert "too few samples" in learner.certificate(state).missing[0]
     for i in range(60):
-        state = learner.step(state, stream.sample(i))
+        state, _ = learner.step(state, (stream.sample(i),))
     words = " ".join(learner.certificate(state).missing)
     assert "wanted 0.2 deg" in words
     assert "wanted 5 mm" in words
@@ -144,7 +144,7 @@ def test_the_lag_of_the_camera_is_found_to_half_a_millisecond():
         ways = [delayed(moving.time, moving.q, lag) for lag in search.lags]
         poses = np.stack([relative_pose(body, q, "base", "hand") for q in ways], axis=1)
         for T, pixels in zip(poses, moving.pixels, strict=True):
-            state = search.step(state, T, pixels)
+            state, _ = search.step(state, (LatePoints(T, pixels),))
         lag = search.solve(state)
         assert lag.seconds == pytest.approx(0.033, abs=1e-3)
     assert lag.seconds == pytest.approx(0.033, abs=min(5 * lag.std, 5e-4))

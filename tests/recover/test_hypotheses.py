@@ -56,7 +56,7 @@ def watch(postures: Array) -> tuple[list[TrackInfo], list[int]]:
     tracker = ContourTracker(surface, seeds=256, prior=1.2, doubts=exact)
     state, infos, left = tracker.start(body, ["a", "b"]), [], []
     for q in postures:
-        state, info = tracker.step(state, look(q))
+        state, (info,) = tracker.step(state, (look(q),))
         infos.append(info)
         left.append(len(state.hypotheses))
         np.testing.assert_allclose(weights(state.hypotheses).sum(), 1)

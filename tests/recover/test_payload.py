@@ -15,7 +15,7 @@ from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import Part, fit_payload
 from bodyschema.learners.payload.untold import untold
 from bodyschema.learners.published.paper_payload import PaperPayload, load_of, paper_rows
-from bodyschema.monitoring.held_load import LoadWatch
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.senses.wrench_means import Averaging, postures
 from bodyschema.simulation.loads import (
     Held,
@@ -62,21 +62,21 @@ def test_a_stream_ends_at_the_answer_of_the_whole_and_certifies_itself():
     means, learner = Averaging().means(recorded(0)), LoadLearner()
     belief, when = learner.start(), None
     for k in range(len(means)):
-        belief = learner.step(belief, means.take(slice(k, k + 1)))
+        belief, _ = learner.step(belief, (means.take(slice(k, k + 1)),))
         if when is None and learner.certificate(belief).holds:
             when = means.time[k]
             assert abs(belief.load.mass / BOX.mass - 1) < 0.01
             assert np.linalg.norm(belief.load.com - BOX.com) < 1e-3
     assert 0.5 < when < 6
-    whole = learner.step(learner.start(), means)
+    whole, _ = learner.step(learner.start(), (means,))
     np.testing.assert_allclose(belief.load.mass, whole.load.mass, rtol=2e-5)
     np.testing.assert_allclose(belief.load.com, whole.load.com, atol=2e-5)
 
 
 def test_the_state_does_not_grow():
     means, learner = Averaging().means(recorded(0)), LoadLearner()
-    early = learner.step(learner.start(), means.take(slice(0, 20)))
-    late = learner.step(early, means.take(slice(20, None)))
+    early, _ = learner.step(learner.start(), (means.take(slice(0, 20)),))
+    late, _ = learner.step(early, (means.take(slice(20, None)),))
     assert [a.shape for a in (early.sums.S, early.sums.partial)] == [
         a.shape for a in (late.sums.S, late.sums.partial)
     ]
@@ -180,7 +180,7 @@ def test_the_papers_form_is_right_at_rest_and_wrong_with_an_offset():
         A = paper_rows(motion.R, y[:, :3], y[:, 3:], np.array([0, 0, -9.81]))
         state = learner.start()
         for rows in A[::5]:
-            state, _ = learner.step(state, rows)
+            state, _ = learner.step(state, (rows,))
         assert state.x is not None or bias.any()
         answers.append(load_of(learner.solve(state.moments).x))
     (mass, com), (wrong_mass, wrong_com) = answers
@@ -200,14 +200,14 @@ def test_grasp_swap_and_release_are_noticed_and_named():
         Held(24.0, grip),
     ]
     samples = recorded(9, 32.0, held=held)
-    means, watch = Averaging().means(samples), LoadWatch()
+    means, watch = Averaging().means(samples), Monitor(LoadLearner())
     state, events, alarms = watch.start(), [], []
     for k in range(len(means)):
-        state, report = watch.step(state, means.take(slice(k, k + 1)))
+        state, report = watch.step(state, (means.take(slice(k, k + 1)),))
         if report.event == "alarm":
             alarms.append(float(means.time[k]))
         elif report.event:
-            events.append((report.event, report.load.mass))
+            events.append((report.change or report.event, state.belief.load.mass))
     assert [name for name, _ in events] == ["identified", "grasp", "swap", "release"]
     np.testing.assert_allclose([m for _, m in events], [h.load.mass for h in held], rtol=0.02)
     for change in held[1:]:
@@ -215,9 +215,9 @@ def test_grasp_swap_and_release_are_noticed_and_named():
 
 
 def test_nothing_happens_while_nothing_changes():
-    means, watch = Averaging().means(recorded(10, 60.0)), LoadWatch()
+    means, watch = Averaging().means(recorded(10, 60.0)), Monitor(LoadLearner())
     state, events = watch.start(), []
     for k in range(len(means)):
-        state, report = watch.step(state, means.take(slice(k, k + 1)))
+        state, report = watch.step(state, (means.take(slice(k, k + 1)),))
         events += [report.event] if report.event else []
     assert events == ["identified"]

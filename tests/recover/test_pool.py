@@ -100,7 +100,7 @@ def test_another_robot_on_the_same_wires_is_noticed_and_learned() -> None:
     state = learned(pool, arrangement(2), [parts[0]])
     assert state.phase == "known"
     steps = list(run(pool, state, [parts[1]]))
-    assert "searching" in [info.phase for _, info in steps[:25]]
+    assert "searching" in [info.phase for _, (info,) in steps[:25]]
     assert error(steps[-1][0].body, new) < 5e-3
 
 

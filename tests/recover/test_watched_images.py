@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 import bodyschema as bs
 from bodyschema.learners.published.particle_filter import ParticleFilter
 from bodyschema.learners.watched_images import WatchedImages, WatchedOutline
-from bodyschema.monitoring.block_ratio import Window
-from bodyschema.monitoring.machine import Machine, Watch
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.senses.images import Images
 from bodyschema.simulation import icub
 from bodyschema.vision.contours import silhouette
@@ -58,16 +57,16 @@ def test_pictures_in_place_of_masks_are_refused() -> None:
     colours = tuple(np.repeat(np.uint8(255) * mask[..., None], 3, 2) for mask in masks.pictures)
     for ask in (LEARNER.step, LEARNER.innovation):
         with pytest.raises(bs.InputError, match="masks"):
-            ask(known(), replace(masks, pictures=colours))
+            ask(known(), (replace(masks, pictures=colours),))
 
 
 def test_the_slope_of_an_innovation_is_its_derivative() -> None:
     q = readings(20)[3]
-    J, h = LEARNER.innovation(known(), look(TRUTH, q)).J, np.deg2rad(0.4)
+    J, h = LEARNER.innovation(known(), (look(TRUTH, q),)).J, np.deg2rad(0.4)
     for k in range(7):
         step = h * (np.arange(7) == k)
         ahead, back = (
-            LEARNER.innovation(known(), look(x, q)).e for x in (TRUTH + step, TRUTH - step)
+            LEARNER.innovation(known(), (look(x, q),)).e for x in (TRUTH + step, TRUTH - step)
         )
         # Masks have pixels: the outline moves by about one.
         assert np.linalg.norm((ahead - back) / (2 * h) - J[:, k]) < 0.2 * np.linalg.norm(J[:, k])
@@ -85,10 +84,10 @@ def test_forgetting_a_joint_keeps_what_is_known_of_the_others() -> None:
 
 
 def test_particles_and_outlines_certify_a_body_that_is_right() -> None:
-    machine = Machine(LEARNER)
-    state = machine.start()
+    monitor = Monitor(LEARNER)
+    state = monitor.start()
     for q in way(75):
-        state, report = machine.step(state, look(TRUTH, q))
+        state, report = monitor.step(state, (look(TRUTH, q),))
         if report.event:
             break
     assert report.event == "identified"
@@ -96,13 +95,13 @@ def test_particles_and_outlines_certify_a_body_that_is_right() -> None:
 
 
 def test_a_jump_is_noticed_at_once_blamed_and_learned_again() -> None:
-    machine = Machine(LEARNER)
-    state: Watch[WatchedOutline, Images] = Watch(known(), "observe", window=Window.empty(7))
+    monitor = Monitor(LEARNER)
+    state = monitor.observing(known())
     now, events = TRUTH.copy(), []
     for i, q in enumerate(way(60)):
         if i == 15:
             now[ELBOW] += np.deg2rad(2)
-        state, report = machine.step(state, look(now, q))
+        state, report = monitor.step(state, (look(now, q),))
         events += [(i, report.event, report.block)] if report.event else []
     assert [event for _, event, _ in events] == ["alarm", "changed", "identified"]
     assert 15 <= events[0][0] <= 20

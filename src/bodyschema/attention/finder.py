@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.confirming import Moved, next_motion, verdict, with_motion
 from bodyschema.attention.contingency import Contingency, called_me, probability, weigh
-from bodyschema.attention.frames import check_frame, check_settings, grid
+from bodyschema.attention.frames import Frame, check_frame, check_settings, grid
 from bodyschema.attention.lag import LagBelief, after_motion
 from bodyschema.attention.motor import MotionCutter, Motor
 from bodyschema.attention.visual_jacobian import (
@@ -138,23 +138,27 @@ class BodyFinder:
             restless=np.zeros(N),
         )  # fmt: skip
 
-    def step(self, state: FinderState, time_s: float, image: Grey, q: ArrayLike) -> FinderState:
-        """One frame.
-
-        Args:
-            state: after the frame before.
-            time_s: its time stamp, s.
-            image: (height, width) grey.
-            q: (J,) rad or m, joint positions at the same time stamp.
+    def step(
+        self, state: FinderState, moment: tuple[Frame, ...]
+    ) -> tuple[FinderState, tuple[bool, ...]]:
+        """The state after one frame, and whether it ended a motion: then `found` says more.
 
         Raises:
             InputError: not the announced image, not one finite number a joint, or not later than
                 the frame before.
             MissingExtraError: OpenCV is not installed.
         """
-        here = check_frame(state.size, self.joints, state.time, time_s, image, q)
+        ended = []
+        for frame in moment:
+            state = self._looked(state, frame)
+            ended.append(state.motor.ended)
+        return state, tuple(ended)
+
+    def _looked(self, state: FinderState, frame: Frame) -> FinderState:
+        here = check_frame(state.size, self.joints, state.time, frame)
+        time_s = frame.time
         motor = MotionCutter().step(state.motor, time_s, here)
-        prepared = prepare(image, self.cell_px)
+        prepared = prepare(frame.image, self.cell_px)
         moved_on = replace(state, motor=motor, time=time_s)
         if state.image is None:
             seen = replace(

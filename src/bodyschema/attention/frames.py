@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +15,18 @@ Grey = NDArray[np.uint8]
 
 LEAST_CELLS = 3
 """Cells that an image has at least, each way."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One picture and what the encoders said then."""
+
+    time: float
+    """s"""
+    image: Grey
+    """(height, width) grey."""
+    q: ArrayLike
+    """(J,) rad or m, joint positions at the same time stamp."""
 
 
 def check_settings(joints: Sequence[str], cell_px: int, camera_joints: Sequence[str]) -> None:
@@ -52,16 +65,14 @@ def grid(size: tuple[int, int], cell_px: int) -> tuple[int, int]:
     return rows, cols
 
 
-def check_frame(
-    size: tuple[int, int], joints: Sequence[str], last: float, time: float, image: Grey,
-    positions: ArrayLike,
-) -> Array:  # fmt: skip
+def check_frame(size: tuple[int, int], joints: Sequence[str], last: float, frame: Frame) -> Array:
     """Positions (J,) of a frame that can be used.
 
     Raises:
         InputError: not the announced image, not one finite number a joint, or time runs backward.
     """
     width, height = size
+    time, image, positions = frame.time, frame.image, frame.q
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8 or image.ndim != 2:
         got = f"{image.dtype} {image.shape}" if isinstance(image, np.ndarray) else repr(type(image))
         raise InputError(f"a frame is a grey image, uint8 (height, width); got {got}.")

@@ -20,10 +20,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from bodyschema.attention.body_in_view import BodyInView, NextMotion
-from bodyschema.attention.frames import check_frame, check_settings, grid
+from bodyschema.attention.frames import Frame, check_frame, check_settings, grid
 from bodyschema.vision.flow import opencv
 
 Array = NDArray[np.float64]
@@ -111,10 +111,19 @@ class OnsetCoincidence:
             np.full(J, QUIET), none + QUIET, none,
         )  # fmt: skip
 
-    def step(self, state: OnsetState, time_s: float, image: Grey, q: ArrayLike) -> OnsetState:
-        """One frame; see `BodyFinder.step`."""
-        here = check_frame(state.size, self.joints, state.time, time_s, image, q)
-        blurred = opencv().GaussianBlur(image, (5, 5), 0)
+    def step(
+        self, state: OnsetState, moment: tuple[Frame, ...]
+    ) -> tuple[OnsetState, tuple[bool, ...]]:
+        """The state after one frame, and whether a motion has brought evidence."""
+        grown = []
+        for frame in moment:
+            state = self._looked(state, frame)
+            grown.append(state.grown)
+        return state, tuple(grown)
+
+    def _looked(self, state: OnsetState, frame: Frame) -> OnsetState:
+        here, time_s = check_frame(state.size, self.joints, state.time, frame), frame.time
+        blurred = opencv().GaussianBlur(frame.image, (5, 5), 0)
         if state.image is None or state.q is None:
             return replace(state, time=time_s, image=blurred, q=here)
         moves = self._cells_moving(state.image, blurred)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from bodyschema.answers.recheck import Recheck
+from bodyschema.monitoring.blame import EVERYTHING
 from bodyschema.monitoring.change import Suspect
-from bodyschema.monitoring.labelling import EVERYTHING
 from bodyschema.monitoring.stream_check import UNNAMED, Change, StreamCheck
 
 UNITS = {

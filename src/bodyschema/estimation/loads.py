@@ -35,8 +35,13 @@ def free_loads(estimate: Estimate) -> tuple[str, ...]:
 
 def com_covariance(load: Inertia, P: Array) -> Array:
     """(3, 3) m^2 of the centre of mass c = h / m, from that of phi (10, 10)."""
-    J = np.hstack([-load.com[:, None], np.eye(3)]) / load.mass
+    J = com_slope(load)
     return np.asarray(J @ P[:4, :4] @ J.T)
+
+
+def com_slope(load: Inertia) -> Array:
+    """(3, 4) d c / d (m, h) of the centre of mass c = h / m."""
+    return np.hstack([-load.com[:, None], np.eye(3)]) / load.mass
 
 
 def moments_covariance(load: Inertia, P: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What the residuals of a stream look like: how large, how long remembered, how often wild.
+"""What the residuals of a stream look like: how large, how long remembered, how often outliers.
 
 White residuals e (in units of the believed noise) of d rows, samples of one sense in a row, give
 
@@ -7,7 +7,7 @@ White residuals e (in units of the believed noise) of d rows, samples of one sen
 
 as running means over at most `LONGEST` samples. In the long run such noise weighs as much as white
 noise whose variance is tau = (1 + r) / (1 - r) times as large. Residuals beyond the 1.5e-5 point of
-chi-square are counted as wild and left out.
+chi-square are counted as outliers and left out.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LONGEST = 1000.0
 """Samples that a running mean remembers."""
 
 RARE = 1.5e-5
-"""Chance of a good sample to be taken for wild."""
+"""Chance of a good sample to be taken for an outlier."""
 
 FEW = 20.0
 """Samples that the first guess counts for."""
@@ -34,13 +34,16 @@ FEW = 20.0
 LARGEST = 0.99
 """Correlation that is believed at most."""
 
+MEDIAN = 0.4549
+"""Of chi-square with one degree of freedom."""
+
 PIECE = 150
 """Samples of one piece of a recording, in `measured`."""
 
 
 @lru_cache(maxsize=64)
-def wild_beyond(rows: int) -> float:
-    """Squared white residual of so many rows beyond which a sample is wild."""
+def outlier_limit(rows: int) -> float:
+    """Squared white residual of so many rows beyond which a sample is an outlier."""
     return float(chdtri(rows, RARE))
 
 
@@ -52,10 +55,10 @@ class StreamNoise:
     product: float = 0.0
     """Mean of e_t e_t-1 over level."""
     samples: float = FEW
-    wild: float = 2.0
-    """Number of wild samples; the first two are a prior."""
+    outliers: float = 2.0
+    """Their number; the first two are a prior."""
     recent: float = 0.0
-    """Share of wild samples among the last thirty or so."""
+    """Share of outliers among the last thirty or so."""
 
     @property
     def correlation(self) -> float:
@@ -68,9 +71,9 @@ class StreamNoise:
         return (1 + self.correlation) / (1 - self.correlation)
 
     @property
-    def wild_share(self) -> float:
-        """Upper estimate of the share of wild samples."""
-        return max(self.wild / (self.samples + 100), 1e-3)
+    def outlier_share(self) -> float:
+        """Upper estimate of the share of outliers."""
+        return max(self.outliers / (self.samples + 100), 1e-3)
 
     def learn(self, e: Array, before: Array | None, squared: float) -> StreamNoise:
         """One sample more.
@@ -81,16 +84,16 @@ class StreamNoise:
             squared: its squared innovation, the belief's own error taken into account.
         """
         d = len(e)
-        is_wild = squared > wild_beyond(d) * self.level
-        recent = self.recent + (float(is_wild) - self.recent) / 30
-        if is_wild:
-            return StreamNoise(self.level, self.product, self.samples, self.wild + 1, recent)
+        outlier = squared > outlier_limit(d) * self.level
+        recent = self.recent + (float(outlier) - self.recent) / 30
+        if outlier:
+            return StreamNoise(self.level, self.product, self.samples, self.outliers + 1, recent)
         n = min(self.samples + 1, LONGEST)
         level = self.level + (squared / d - self.level) / n
         product = self.product
         if before is not None:
             product += (float(e @ before) / (d * level) - product) / n
-        return StreamNoise(level, product, self.samples + 1, self.wild, recent)
+        return StreamNoise(level, product, self.samples + 1, self.outliers, recent)
 
 
 def measured(e: Sequence[Array], J: Sequence[Array]) -> StreamNoise:
@@ -110,8 +113,8 @@ def measured(e: Sequence[Array], J: Sequence[Array]) -> StreamNoise:
         pieces = max(1, len(residual) // PIECE)
         for rows in np.array_split(np.arange(len(residual)), pieces):
             left, freedom = _left_over(residual[rows], slope[rows])
-            variance = float(np.median(left**2)) / float(chdtri(1, 0.5))
-            good = np.sum(left**2, axis=1) <= wild_beyond(left.shape[1]) * variance
+            variance = float(np.median(left**2)) / MEDIAN
+            good = np.sum(left**2, axis=1) <= outlier_limit(left.shape[1]) * variance
             both = good[1:] & good[:-1]
             shared = np.sum(left[1:] * left[:-1], axis=1)[both]
             level.append(float(np.mean(left[good] ** 2)) / freedom)

@@ -34,6 +34,7 @@ from bodyschema.estimation.loss import Loss, fisher_share
 from bodyschema.estimation.noise import SMALLEST_LEVEL, named_levels
 from bodyschema.estimation.normal_equations import level_rows, positive_factor, whiten
 from bodyschema.estimation.solver import Solver
+from bodyschema.learners.learner import Moment, in_turn
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.seeds.starts import start_frames
@@ -104,7 +105,11 @@ class Filter:
         zero = np.zeros(len(variables))
         return Belief(body, variables, zero, zero, prior, {})
 
-    def step(self, state: Belief, sample: Sense) -> tuple[Belief, Innovation]:
+    def step(self, state: Belief, moment: Moment) -> tuple[Belief, tuple[Innovation, ...]]:
+        """Learn from one moment."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: Belief, sample: Sense) -> tuple[Belief, Innovation]:
         """Learn from one sample (a batch of one)."""
         if state.started:
             return self._update(state, sample)

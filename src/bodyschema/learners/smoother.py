@@ -18,11 +18,8 @@ From the first sample that leaves, J is taken at an anchor, the estimate at that
 changing x have no common null space, and would seem to tell what no motion can tell (Huang,
 Mourikis, Roumeliotis 2008, see `gauss_newton`).
 
-`forgetting` makes a group of parameters uncertain again while all others keep what they know,
-
-    C <- C + E Q E^T,    Lambda <- Lambda - Lambda E (Q^-1 + E^T Lambda E)^-1 E^T Lambda,
-
-which is Woodbury's identity: a tool that was exchanged is learnt anew, the arm is not.
+`forgetting` makes a group of variables uncertain again while all others keep what they know
+(`belief.forget`): a tool that was exchanged is learned anew, the arm is not.
 Source: the tool experiment of Hersch, Sauser and Billard 2008, section 5.3, whose gradient has no
 prior and reaches the tool by changing the arm.
 """
@@ -36,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from bodyschema.estimation.belief import forget
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.huber import gross, huber_weights
 from bodyschema.estimation.normal_equations import (
@@ -45,12 +43,14 @@ from bodyschema.estimation.normal_equations import (
     solve_factored,
     whiten,
 )
+from bodyschema.learners.learner import Moment, in_turn
 from bodyschema.learners.window import Window
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 SETTLED = 0.3
 """Length of the last Gauss-Newton step in posterior standard deviations."""
@@ -102,10 +102,6 @@ class Foresight:
     """(dimension,) seen minus predicted, before learning from it; SI units, not whitened."""
     innovation: Array
     """(dimension,) the residual whitened by its predicted covariance, noise and belief together."""
-    jacobian: Array
-    """(dimension, n_parameters) of the residual, whitened likewise."""
-    log_volume: float
-    """Half the log determinant of that covariance, in units of the believed noise."""
 
     @property
     def surprise(self) -> float:
@@ -126,7 +122,11 @@ class Smoother:
         zero = np.zeros(len(variables))
         return Smoothed(body, variables, zero, prior, zero, prior, np.full(len(zero), np.nan))
 
-    def step(self, state: Smoothed, sample: Sense) -> tuple[Smoothed, Foresight]:
+    def step(self, state: Smoothed, moment: Moment) -> tuple[Smoothed, tuple[Foresight, ...]]:
+        """Learn from one moment."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: Smoothed, sample: Sense) -> tuple[Smoothed, Foresight]:
         """Learn from one sample (a batch of one)."""
         seen = foresee(state, sample)
         after, look = _solved(replace(state, window=state.window.with_sample(sample)))
@@ -141,31 +141,22 @@ class Smoother:
         after = _absorbed(state, _look(state))
         return replace(after, total=after.information, window=Window())
 
-    def forgetting(self, state: Smoothed, rows: Sequence[int], std: Array) -> Smoothed:
-        """The belief with some parameters made uncertain again, their mean kept.
+    def forgetting(self, state: Smoothed, rows: Ints, spread: float, tau: float = 1.0) -> Smoothed:
+        """The belief with some variables made uncertain again, their mean kept.
 
         Args:
             state: its window is absorbed first.
-            rows: of the parameters; their anchor is lifted too.
-            std: (k,) standard deviation of the change that each may have made.
+            rows: of the variables; their anchor is lifted too.
+            spread: standard deviation of the change that each may have made.
+            tau: variance by which all that was learned counts less.
         """
         settled = self.absorbing(state)
-        column = settled.information[:, rows]
-        L = np.linalg.cholesky(np.diag(std**-2.0) + column[rows])
-        half, _ = lapack.dtrtrs(L, column.T, lower=1)
-        left = settled.information - half.T @ half
+        left = settled.information / tau
+        if len(rows):
+            left = forget(left, rows, spread**-2)
         anchor = settled.anchor.copy()
-        anchor[list(rows)] = np.nan
-        pull = left @ settled.x
-        return replace(settled, information=left, pull=pull, total=left, anchor=anchor)
-
-    def before(self, state: Smoothed, n: int) -> tuple[Smoothed, tuple[Sense, ...]]:
-        """The belief without its n newest samples, which must be in the window, and those samples.
-
-        The samples come in order of arrival, each a batch of one.
-        """
-        window, samples = state.window.split(n)
-        return _solved(replace(state, window=window))[0], samples
+        anchor[rows] = np.nan
+        return replace(settled, information=left, pull=left @ settled.x, total=left, anchor=anchor)
 
 
 def foresee(state: Smoothed, sample: Sense) -> Foresight:
@@ -173,14 +164,13 @@ def foresee(state: Smoothed, sample: Sense) -> Foresight:
 
     The covariance of the prediction, in units of the believed noise, is 1 + J C J^T.
     """
-    part = _whitened(sample, state)
+    part = compared(state, sample)
     r, J = part.residual[0], part.jacobian[0]
     D = state.variables.scale
     half, _ = lapack.dtrtrs(positive_factor(D[:, None] * state.total * D), (J * D).T, lower=1)
     L = np.linalg.cholesky(np.eye(len(r)) + half.T @ half)
-    white, _ = lapack.dtrtrs(L, np.column_stack([r, J]), lower=1)
-    volume = float(np.sum(np.log(np.diag(L))))
-    return Foresight(part.factor @ r, white[:, 0], white[:, 1:], volume)
+    white, _ = lapack.dtrtrs(L, r, lower=1)
+    return Foresight(part.factor @ r, white)
 
 
 @dataclass(frozen=True)
@@ -194,12 +184,12 @@ class _Look:
 
 
 def _look(state: Smoothed) -> _Look:
-    parts = [_whitened(batch, state) for batch in state.window.batches]
+    parts = [compared(state, batch) for batch in state.window.batches]
     return _Look(state.x, state.slope_at, parts, [huber_weights(part.residual) for part in parts])
 
 
-def _whitened(batch: Sense, state: Smoothed) -> Whitened:
-    """Residuals at x and Jacobians at the anchor."""
+def compared(state: Smoothed, batch: Sense) -> Whitened:
+    """Residuals at x and Jacobians at the anchor, in units of the believed noise."""
     part = whiten(batch, state.reference, state.variables, state.slope_at)
     if np.isnan(state.anchor).all():
         return part

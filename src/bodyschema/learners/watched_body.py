@@ -3,16 +3,12 @@
 What may change on its own are the zero of each joint and each free frame (a tracker, a tool): these
 are the blocks. Axes and lengths of links wear slowly and are no block; they stay as learned.
 
-A belief (x, Lambda) forgets block t by elimination (Schur), and t gets its prior again:
-
-    Lambda_kk <- Lambda_kk - Lambda_kt Lambda_tt^-1 Lambda_tk,   Lambda_kt <- 0,   Lambda_tt <- P_t
-
 Jacobians stay where they were taken: elsewhere they would not share the directions that no motion
 tells (a first joint's zero and the tracker's turn), and those would run away. Noise that remembers
 weighs as white noise with tau times the variance (`stream_noise`): from the first change on, noise
 levels are multiplied by sqrt(tau) and held, and Lambda is divided by tau. The sum of squared
 innovations r^T S^-1 r of such a filter is the least cost of its samples, the pull against the prior
-included; each counts at most as much as the rarest good sample, so that single wild ones do not
+included; each counts at most as much as the rarest good sample, so that single outliers do not
 decide.
 
 A first belief is certified when it predicts what is seen, in random postures of the whole
@@ -21,20 +17,21 @@ workspace, to what was asked for.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.estimation.certificate import Certificate, Demand, certify
+from bodyschema.estimation.belief import GaussianBelief, WhiteInnovation, forget
+from bodyschema.estimation.certificate import Certificate, Tolerance
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.identifiability import random_postures
 from bodyschema.estimation.normal_equations import level_rows, whiten
-from bodyschema.estimation.stream_noise import StreamNoise, wild_beyond
-from bodyschema.learners.filter import Belief, Filter
-from bodyschema.learners.watchable import Doubt, WhiteInnovation
+from bodyschema.estimation.stream_noise import StreamNoise, outlier_limit
+from bodyschema.learners.filter import Belief, Filter, Innovation
+from bodyschema.learners.learner import Moment, MonitoredLearner, in_turn
+from bodyschema.learners.workspace import prediction_slopes
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.sense import Sense
@@ -42,19 +39,11 @@ from bodyschema.senses.sense import Sense
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-Moment = tuple[Sense, ...]
-"""What was seen at one time: a batch of one from each sense that saw something."""
-
-UNITS = {"position": (1e3, "mm"), "rotation": (180 / np.pi, "deg")}
-
 SETTLED = 60
 """Samples behind the burn-in before a certificate is looked at."""
 
 HELD = 1e12
 """Samples that a noise level counts for when it is to stay."""
-
-POSTURES = 24
-"""Random postures that stand for the workspace."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +64,8 @@ class WatchedBelief:
 
 
 @dataclass(frozen=True)
-class WatchedBody:
-    """Settings."""
+class WatchedBody(MonitoredLearner[WatchedBelief, Sense, tuple[Innovation, ...]]):
+    """Settings; watch it with a `Monitor`."""
 
     body: Body
     """Reference, with every frame attached."""
@@ -84,7 +73,7 @@ class WatchedBody:
     learner: Filter = Filter(burn_in=300)  # noqa: RUF009  (frozen settings)
     """With a long burn-in: Jacobians stay where its fit ends, and a poor place costs false alarms
     for as long as the belief lives."""
-    demand: Demand = field(default_factory=lambda: Demand({"position": 0.002}))
+    tolerance: Tolerance = field(default_factory=lambda: Tolerance({"position": 0.002}))
     """m, rad: 99 % bounds of the prediction; add "rotation" for senses of poses."""
 
     @cached_property
@@ -120,18 +109,18 @@ class WatchedBody:
         )  # fmt: skip
         return WatchedBelief(filter_, replace(noise, level=1.0))
 
-    def step(self, state: WatchedBelief, sample: Moment) -> WatchedBelief:
+    def step(
+        self, state: WatchedBelief, moment: Moment
+    ) -> tuple[WatchedBelief, tuple[Innovation, ...]]:
         """Learn from one moment."""
-        for seen in sample:
-            state = self._learn(state, seen)
-        return state
+        return in_turn(self._learn, state, moment)
 
-    def innovation(self, state: WatchedBelief, sample: Moment) -> WhiteInnovation:
+    def innovation(self, state: WatchedBelief, moment: Moment) -> WhiteInnovation:
         """A moment against what the belief predicts."""
         k = len(self.variables)
         e, J, source = [np.zeros(0)], [np.zeros((0, k))], [np.zeros(0, dtype=np.int64)]
         labels = list(state.filter.templates)
-        for seen in sample:
+        for seen in moment:
             white, slope = (part[0] for part in self.innovations(state, seen))
             place = labels.index(seen.label) if seen.label in labels else len(labels)
             e.append(white)
@@ -139,14 +128,22 @@ class WatchedBody:
             source.append(np.full(len(white), place, dtype=np.int64))
         return WhiteInnovation(np.concatenate(e), np.concatenate(J), np.concatenate(source))
 
-    def doubt(self, state: WatchedBelief) -> Doubt:
-        """Covariance, correlation, level and share of wild samples."""
-        tau = state.noise.long_run / state.tempered
-        return Doubt(
-            state.filter.estimate.covariance * max(tau, 1.0) * max(state.noise.level, 1.0),
-            state.noise.correlation,
-            state.noise.level,
-            state.noise.wild_share,
+    def belief(self, state: WatchedBelief) -> GaussianBelief:
+        """Of the variables, in the chart of the reference."""
+        level = state.noise.level
+        cost, rows = state.cost / level, state.rows / state.tempered
+        relearned = state.relearning and rows > 0
+        return GaussianBelief(
+            state.filter.estimate.covariance,
+            self.tolerance,
+            state.noise,
+            state.tempered,
+            cost,
+            rows,
+            # The first fit finds the noise levels itself: it cannot fail to explain the residuals.
+            fit=cost / rows if relearned else 1.0,
+            freedom=rows,
+            begun=state.filter.started and state.rows >= SETTLED,
         )
 
     def difference(self, state: WatchedBelief, earlier: WatchedBelief) -> Array:
@@ -155,24 +152,10 @@ class WatchedBody:
 
     def certificate(self, state: WatchedBelief) -> Certificate:
         """Whether the body predicts well enough in its whole workspace."""
-        if not state.filter.started or state.rows < SETTLED:
-            return Certificate(False, {}, np.inf, ("too few samples for a first fit.",))
-        P = self.doubt(state).covariance
-        worst: dict[str, Array] = {}
-        for template in state.filter.templates.values():
-            for name, J in self._slopes(state, template).items():
-                spread = J @ P @ np.swapaxes(J, 1, 2)
-                widest = spread[np.argmax(np.linalg.eigvalsh(spread)[:, -1])]
-                if name not in worst or np.trace(widest) > np.trace(worst[name]):
-                    worst[name] = widest
-        cost, independent = self.evidence(state)
-        # The first fit finds the noise levels itself: it cannot fail to explain the residuals.
-        fit = cost / (state.noise.level * independent) if state.relearning else 1.0
-        held = certify(self.demand, worst, fit, independent, np.inf, UNITS)
-        if state.noise.recent < 0.3:
-            return held
-        wild = "most of the last samples do not fit."
-        return replace(held, holds=False, missing=(*held.missing, wild))
+        old = state.filter
+        templates = old.templates.values()
+        slopes = prediction_slopes(templates, old.reference, old.variables, old.anchor)
+        return self.belief(state).certificate(slopes)
 
     def forget(self, state: WatchedBelief, block: str) -> WatchedBelief:
         """Go on with one block as unknown as at first; "" keeps everything."""
@@ -180,43 +163,32 @@ class WatchedBody:
         tau = max(state.noise.long_run / state.tempered, 1.0)
         information = old.information / tau
         if block:
-            t = self.blocks[block]
-            part = information[:, t] @ np.linalg.solve(information[np.ix_(t, t)], information[t])
-            information = information - part
-            information[t], information[:, t] = 0.0, 0.0
-            information[t, t] = old.variables.prior_std[t] ** -2.0
+            rows = self.blocks[block]
+            information = forget(information, rows, old.variables.prior_std[rows] ** -2.0)
         root = np.sqrt(tau)
         levels = {
             label: (tuple(root * s for s in level), HELD)
             for label, (level, _) in old.levels.items()
         }
-        fresh = replace(old, information=(information + information.T) / 2, levels=levels)
+        fresh = replace(old, information=information, levels=levels)
         return WatchedBelief(fresh, state.noise, tempered=state.tempered * tau, relearning=True)
 
-    def evidence(self, state: WatchedBelief) -> tuple[float, float]:
-        """Sum of squared innovations, and the independent rows behind it."""
-        return state.cost, state.rows / state.tempered
-
-    def astray(self, state: WatchedBelief) -> bool:
-        """Whether most of the last samples are wild."""
-        return state.noise.recent > 0.5
-
-    def _learn(self, state: WatchedBelief, seen: Sense) -> WatchedBelief:
+    def _learn(self, state: WatchedBelief, seen: Sense) -> tuple[WatchedBelief, Innovation]:
+        filter_, (info,) = self.learner.step(state.filter, (seen,))
         if not state.filter.started:
-            return replace(state, filter=self.learner.step(state.filter, seen)[0])
-        filter_, info = self.learner.step(state.filter, seen)
+            return replace(state, filter=filter_), info
         d = len(seen.covariance)
-        limit = wild_beyond(d) * state.noise.level
+        limit = outlier_limit(d) * state.noise.level
         cost = state.cost + min(info.surprise, limit)
         after = replace(state, filter=filter_, cost=cost, rows=state.rows + d)
         if state.relearning:
-            return after
+            return after, info
         e = self.innovations(state, seen)[0][0]
         noise = state.noise.learn(e, state.before.get(seen.label), info.surprise)
         before = {label: old for label, old in state.before.items() if label != seen.label}
         if info.surprise <= limit:
             before[seen.label] = e
-        return replace(after, noise=noise, before=before)
+        return replace(after, noise=noise, before=before), info
 
     def innovations(self, state: WatchedBelief, seen: Sense) -> tuple[Array, Array]:
         """White residuals (n, d) of one sense, and their growth with the parameters (n, d, k)."""
@@ -229,14 +201,6 @@ class WatchedBody:
         s = level_rows(seen, level) / np.sqrt(state.tempered)
         return white / s, -part.jacobian / s[:, None]
 
-    def _slopes(self, state: WatchedBelief, template: Sense) -> dict[str, Array]:
-        """Component -> (POSTURES, 3, k) slope of the prediction in the workspace, SI units."""
-        q = random_postures(self.body, POSTURES, np.random.default_rng(0))
-        old = state.filter
-        ideal = template.imagined(old.reference, q)
-        J = ideal.linearize(old.reference, old.variables, old.anchor).by_parameter
-        return {name: J[:, rows] for name, _, rows in template.components}
-
 
 def believed_levels(estimate: Estimate, sense: Sense) -> tuple[float, ...]:
     """Noise levels of a calibration, in units of the sense's believed noise."""
@@ -246,13 +210,3 @@ def believed_levels(estimate: Estimate, sense: Sense) -> tuple[float, ...]:
         noise[f"{sense.label}: {name} ({unit})"] / float(np.mean(std[rows]))
         for name, unit, rows in sense.components
     )
-
-
-def moments(senses: Sequence[Sense]) -> list[Moment]:
-    """Samples in order of time, those of one time together."""
-    times = np.unique(np.concatenate([sense.time for sense in senses]))
-    gathered: list[list[Sense]] = [[] for _ in times]
-    for sense in senses:
-        for i, k in enumerate(np.searchsorted(times, sense.time)):
-            gathered[k].append(sense.take([i]))
-    return [tuple(group) for group in gathered]

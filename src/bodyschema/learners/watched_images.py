@@ -12,9 +12,9 @@ x, d_i is how far outward the seen one lies, J_i its slope, l_i the contour that
 the innovation e = H^-1/2 g with slope H^1/2, of unit variance while x is right and v = `SPREAD` is;
 what its variance and memory really are gets measured (`stream_noise`).
 
-Forgetting a joint: L_kk - L_kt L_tt^-1 L_tk for the others, the prior for t. From then on images
-count 1 / (tau a), with a the level and tau the memory of the noise. What a trial costs is the sum
-of e^T (1 + H^1/2 L^-1 H^1/2)^-1 e, each image at most as much as the rarest good one.
+After a joint was forgotten, images count 1 / (tau a), with a the level and tau the memory of the
+noise. What a trial costs is the sum of e^T (1 + H^1/2 L^-1 H^1/2)^-1 e, each image at most as much
+as the rarest good one.
 """
 
 from __future__ import annotations
@@ -27,10 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.errors import InputError
-from bodyschema.estimation.certificate import Certificate, Demand, certify
-from bodyschema.estimation.stream_noise import StreamNoise, wild_beyond
+from bodyschema.estimation.belief import GaussianBelief, Slopes, WhiteInnovation, forget, inverse
+from bodyschema.estimation.certificate import Certificate, Tolerance
+from bodyschema.estimation.stream_noise import StreamNoise, outlier_limit
+from bodyschema.learners.learner import MonitoredLearner, Pace, in_turn
 from bodyschema.learners.published.particle_filter import ParticleFilter, ParticleState
-from bodyschema.learners.watchable import Doubt, WhiteInnovation
 from bodyschema.model.kinematics import relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_joints
@@ -41,8 +42,6 @@ from bodyschema.vision.poses import piece_poses
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-UNITS = {"position": (1e3, "mm")}
 
 SEARCH, APPROACH, SETTLED = 30, 10, 20
 """Images for the particles; then for the way to the outline, whose slopes are forgotten again; and
@@ -87,8 +86,8 @@ class WatchedOutline:
 
 
 @dataclass(frozen=True)
-class WatchedImages:
-    """Settings; a `watchable.Watchable` of masks."""
+class WatchedImages(MonitoredLearner[WatchedOutline, Images, tuple[float, ...]]):
+    """Settings of a learner of masks; watch it with a `Monitor`."""
 
     body: Body
     """What is believed without the offsets."""
@@ -98,7 +97,7 @@ class WatchedImages:
     """Frame whose place must be known."""
     finder: ParticleFilter
     """Of the first images; its surface is what shows, its prior that of the offsets."""
-    demand: Demand = field(default_factory=lambda: Demand({"position": 0.002}))
+    tolerance: Tolerance = field(default_factory=lambda: Tolerance({"position": 0.002}))
     """m: 99 % bound of the tip's place in the first camera."""
 
     @cached_property
@@ -107,41 +106,51 @@ class WatchedImages:
         return {name: np.array([i]) for i, name in enumerate(self.joints)}
 
     @cached_property
-    def _parameters(self) -> Variables:
+    def _variables(self) -> Variables:
         return free_joints(self.body, ("offsets",), self.joints)
+
+    @property
+    def pace(self) -> Pace:
+        """Of ten pairs of masks a second."""
+        return Pace(rate=10.0)
 
     def start(self) -> WatchedOutline:
         """Nothing known but the prior."""
         cloud = self.finder.start(self.body, self.joints)
         return WatchedOutline(cloud, np.zeros(len(self.joints)), self._prior())
 
-    def step(self, state: WatchedOutline, sample: Images) -> WatchedOutline:
-        """Learn from one image."""
-        state = replace(state, images=state.images + 1, last=sample)
-        if state.cloud is not None:
-            cloud = self.finder.step(state.cloud, sample)[0]
-            done = state.images == SEARCH
-            return replace(state, cloud=None if done else cloud, x=cloud.beta.mean(axis=0))
-        if state.images == SEARCH + APPROACH:
-            state = replace(state, information=self._prior())
-        x, H = state.x, np.zeros_like(state.information)
-        for step in range(STEPS):
-            H, g = (part / state.tempered for part in self._normal(x, sample))
-            if not step and (state.relearning or state.images > SEARCH + APPROACH):
-                state = self._weigh(state, _condensed(H * state.tempered, g * state.tempered))
-            pull = state.information @ (state.x - x)
-            x = x + np.linalg.solve(state.information + H, g + pull)
-        return replace(state, x=x, information=state.information + H)
+    def step(
+        self, state: WatchedOutline, moment: tuple[Images, ...]
+    ) -> tuple[WatchedOutline, tuple[float, ...]]:
+        """Learn from the images of one moment; squared innovations, nan while particles search."""
+        return in_turn(self._learn, state, moment)
 
-    def innovation(self, state: WatchedOutline, sample: Images) -> WhiteInnovation:
-        """An image against what is believed."""
-        return _condensed(*self._normal(state.x, sample))
+    def innovation(self, state: WatchedOutline, moment: tuple[Images, ...]) -> WhiteInnovation:
+        """The images of a moment against what is believed."""
+        found = [_condensed(*self._normal(state.x, seen)) for seen in moment]
+        n = len(self.joints)
+        return WhiteInnovation(
+            np.concatenate([white.e for white in found]),
+            np.concatenate([white.J for white in found]),
+            np.repeat(np.arange(len(found)), n),
+        )
 
-    def doubt(self, state: WatchedOutline) -> Doubt:
-        """Covariance, correlation, level and share of wild images."""
-        noise, more = state.noise, max(_weight(state.noise) / state.tempered, 1.0)
-        P = more * np.linalg.inv(state.information)
-        return Doubt((P + P.T) / 2, noise.correlation, max(noise.level, 1.0), noise.wild_share)
+    def belief(self, state: WatchedOutline) -> GaussianBelief:
+        """Of the offsets."""
+        level = max(state.noise.level, 1.0)
+        cost, rows = state.cost, state.rows * level / state.tempered
+        relearned = state.relearning and rows > 0
+        return GaussianBelief(
+            inverse(state.information),
+            self.tolerance,
+            state.noise,
+            state.tempered,
+            cost,
+            rows,
+            fit=cost / rows if relearned else 1.0,
+            freedom=rows,
+            begun=state.last is not None and state.rows >= SETTLED * len(self.joints),
+        )
 
     def difference(self, state: WatchedOutline, earlier: WatchedOutline) -> Array:
         """(n,) the step of x."""
@@ -149,43 +158,42 @@ class WatchedImages:
 
     def certificate(self, state: WatchedOutline) -> Certificate:
         """Whether the tip's place is known well enough, in the posture that was seen last."""
-        if state.last is None or state.rows < SETTLED * len(self.joints):
-            return Certificate(False, {}, np.inf, ("too few images for a first fit.",))
+        belief = self.belief(state)
+        if state.last is None or not belief.begun:
+            return belief.certificate({})
         eye, q = state.last.cameras[0].frame, state.last.q
-        D = relative_pose_derivatives(self.body, self._parameters, state.x, q, eye, self.tip)
-        J = D.by_parameter[:3]
-        cost, independent = self.evidence(state)
-        level = max(state.noise.level, 1.0)
-        fit = cost / (level * independent) if state.relearning else 1.0
-        parts = {"position": J @ self.doubt(state).covariance @ J.T}
-        held = certify(self.demand, parts, fit, independent, np.inf, UNITS)
-        if state.noise.recent < 0.3:
-            return held
-        wild = "most of the last images do not fit."
-        return replace(held, holds=False, missing=(*held.missing, wild))
+        D = relative_pose_derivatives(self.body, self._variables, state.x, q, eye, self.tip)
+        return belief.certificate({"position": Slopes(D.by_parameter[None, :3], "m")})
 
     def forget(self, state: WatchedOutline, block: str) -> WatchedOutline:
         """Go on with one joint as unknown as at first; "" keeps everything."""
         tempered = max(_weight(state.noise), state.tempered)
-        L = state.information * (state.tempered / tempered)
+        information = state.information * (state.tempered / tempered)
         if block:
-            t = self.blocks[block]
-            L = L - L[:, t] @ np.linalg.solve(L[np.ix_(t, t)], L[t])
-            L[t], L[:, t] = 0.0, 0.0
-            L[t, t] = self.finder.prior**-2.0
+            information = forget(information, self.blocks[block], self.finder.prior**-2.0)
         return WatchedOutline(
-            None, state.x, (L + L.T) / 2, state.images, state.noise, last=state.last,
+            None, state.x, information, state.images, state.noise, last=state.last,
             tempered=tempered, relearning=True,
         )  # fmt: skip
 
-    def evidence(self, state: WatchedOutline) -> tuple[float, float]:
-        """Sum of squared innovations, and the independent rows behind it."""
-        level = max(state.noise.level, 1.0)
-        return state.cost * level, state.rows * level / state.tempered
-
-    def astray(self, state: WatchedOutline) -> bool:
-        """Whether most of the last images are wild."""
-        return state.noise.recent > 0.5
+    def _learn(self, state: WatchedOutline, seen: Images) -> tuple[WatchedOutline, float]:
+        state = replace(state, images=state.images + 1, last=seen)
+        if state.cloud is not None:
+            cloud = self.finder.step(state.cloud, (seen,))[0]
+            done = state.images == SEARCH
+            x = cloud.beta.mean(axis=0)
+            return replace(state, cloud=None if done else cloud, x=x), float("nan")
+        if state.images == SEARCH + APPROACH:
+            state = replace(state, information=self._prior())
+        x, H, surprise = state.x, np.zeros_like(state.information), float("nan")
+        for step in range(STEPS):
+            H, g = (part / state.tempered for part in self._normal(x, seen))
+            if not step and (state.relearning or state.images > SEARCH + APPROACH):
+                white = _condensed(H * state.tempered, g * state.tempered)
+                state, surprise = self._weigh(state, white)
+            pull = state.information @ (state.x - x)
+            x = x + np.linalg.solve(state.information + H, g + pull)
+        return replace(state, x=x, information=state.information + H), surprise
 
     def _prior(self) -> Array:
         return np.asarray(np.eye(len(self.joints)) / self.finder.prior**2)
@@ -194,7 +202,7 @@ class WatchedImages:
         """H (n, n) and g (n,) of one image at x."""
         if not seen.masked:
             raise InputError("a watched outline is looked for in masks (bool); got images.")
-        surface, free = self.finder.surface, self._parameters
+        surface, free = self.finder.surface, self._variables
         posed = self.body.with_variables(free, x)
         T = piece_poses(posed, seen.q, seen.cameras, surface.frames)[0]
         rim = find_rim(surface, T, seen.cameras, STRIDE)
@@ -204,17 +212,18 @@ class WatchedImages:
         w = rim.length[outline.found] / SPREAD * np.minimum(1, LINEAR / np.maximum(abs(d), LINEAR))
         return J.T @ (w[:, None] * J), J.T @ (w * d)
 
-    def _weigh(self, state: WatchedOutline, white: WhiteInnovation) -> WatchedOutline:
-        """Count an image's innovation before it is learned."""
-        T, limit = state.tempered, wild_beyond(len(white.e))
+    def _weigh(self, state: WatchedOutline, white: WhiteInnovation) -> tuple[WatchedOutline, float]:
+        """Count an image's innovation before it is learned; the squared innovation."""
+        T, limit = state.tempered, outlier_limit(len(white.e))
         S = T * np.eye(len(white.e)) + white.J @ np.linalg.solve(state.information, white.J.T)
         q = float(white.e @ np.linalg.solve(S, white.e))
         cost = state.cost + min(q, limit * max(state.noise.level / T, 1.0))
         state = replace(state, cost=cost, rows=state.rows + len(white.e))
         if state.relearning:
-            return state
+            return state, q
         noise = state.noise.learn(white.e, state.before, q)
-        return replace(state, noise=noise, before=white.e if q <= limit * noise.level else None)
+        good = q <= limit * noise.level
+        return replace(state, noise=noise, before=white.e if good else None), q
 
 
 def _weight(noise: StreamNoise) -> float:

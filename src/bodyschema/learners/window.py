@@ -41,16 +41,3 @@ class Window:
             if batch.label != label or len(batch) > 1
         )
         return Window(tuple(batches), self.order[1:])
-
-    def split(self, n: int) -> tuple[Window, tuple[Sense, ...]]:
-        """The window without its n newest samples, and those, one by one in order of arrival."""
-        batches = {batch.label: batch for batch in self.batches}
-        kept, newest = self.order[: len(self) - n], self.order[len(self) - n :]
-        taken = {label: kept.count(label) for label in batches}
-        older = (batch.take(np.arange(taken[label])) for label, batch in batches.items())
-        window = Window(tuple(batch for batch in older if len(batch)), kept)
-        samples = []
-        for label in newest:
-            samples.append(batches[label].take([taken[label]]))
-            taken[label] += 1
-        return window, tuple(samples)

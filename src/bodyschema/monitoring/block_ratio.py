@@ -7,7 +7,8 @@ Over a window of white innovations e with slope J, and a belief with covariance 
 is chi-square with dim b degrees of freedom while nothing changed: the belief's own error, common to
 all samples of the window, is in the second term. An alarm is g_b beyond the point whose probability
 is the allowed rate divided by the number of tests, two windows and all blocks (Bonferroni; windows
-overlap, so the true rate is lower). Sums are kept in groups of five samples.
+overlap, so the true rate is lower; blocks share it by their odds, so that what changes often is
+noticed soon). Sums are kept in groups of a few samples.
 
 The formula wants one belief for the whole window, which has not learned from it. So samples must
 wait for as long as the longest window before they are learned, and when the belief moves by delta,
@@ -22,19 +23,13 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-GROUP = 5
-"""Samples a group."""
-
 WINDOWS = (3, 12)
 """Groups a window."""
-
-LONGEST = GROUP * WINDOWS[-1]
-"""Samples of the longest window."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +60,10 @@ class BlockRatio:
     samples: float
     """Mean number of samples between false alarms, at least."""
     blocks: Mapping[str, Ints]
+    odds: Mapping[str, float]
+    """How often each block changes, relative to the others."""
+    group: int = 5
+    """Samples a group."""
 
     def step(self, state: Window, e: Array, J: Array, P: Array) -> tuple[Window, str]:
         """One sample's white innovations (m,) with slope (m, k) and the belief's covariance.
@@ -75,7 +74,7 @@ class BlockRatio:
         s, H = state.s.copy(), state.H.copy()
         s[-1] += J.T @ e
         H[-1] += J.T @ J
-        if state.samples + 1 < GROUP:
+        if state.samples + 1 < self.group:
             return Window(s, H, state.samples + 1), ""
         return Window(_shift(s), _shift(H)), self._test(s, H, P)
 
@@ -86,14 +85,15 @@ class BlockRatio:
                 continue
             window_s, window_H = s[-groups:].sum(axis=0), H[-groups:].sum(axis=0)
             for name, b in self.blocks.items():
-                share = ratio(window_s, window_H, P, b) / self.limit(len(b))
+                share = ratio(window_s, window_H, P, b) / self.limit(name)
                 if share > most:
                     blame, most = name, share
         return blame
 
-    def limit(self, dimension: int) -> float:
-        """The value that g_b of a block of this size must pass."""
-        return _limit(GROUP / self.samples / (len(WINDOWS) * len(self.blocks)), dimension)
+    def limit(self, block: str) -> float:
+        """The value that g_b must pass."""
+        share = self.odds[block] / sum(self.odds.values())
+        return limit(share * self.group / self.samples / len(WINDOWS), len(self.blocks[block]))
 
 
 def _shift(groups: Array) -> Array:
@@ -102,8 +102,9 @@ def _shift(groups: Array) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _limit(chance: float, dimension: int) -> float:
-    return float(chi2.isf(min(chance, 0.5), dimension))
+def limit(chance: float, dimension: int) -> float:
+    """The value that g_b passes with a chance while nothing changed."""
+    return float(chdtri(dimension, min(chance, 0.5)))
 
 
 def ratio(s: Array, H: Array, P: Array, b: Ints) -> float:

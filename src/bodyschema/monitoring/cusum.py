@@ -1,15 +1,15 @@
-"""Cumulative sums: small lasting surprise raises an alarm, a few wild samples do not.
+"""Cumulative sums: small lasting surprise raises an alarm, a few outliers do not.
 
 Two sums of log likelihood ratios, each g <- max(0, g + l) with an alarm at g > h (Page 1954):
 
     core    l = (q (1 - 1/r) - d ln r) / 2    q the squared white innovation of a source of d
-                                              rows, against r times its variance; wild ones left out
-    gross   l = ln(p1 / p0) if wild, else ln((1 - p1) / (1 - p0))
+                                              rows, against r times its variance; outliers left out
+    gross   l = ln(p1 / p0) if one is an outlier, else ln((1 - p1) / (1 - p0))
                                               p0 the share of outliers, p1 that after a change
 
 Since E exp(l) <= 1 while nothing changed, the mean time to a false alarm of each sum is at least
 exp(h) samples (Lorden 1971): h = ln(2 samples between false alarms) for the two together. A source
-is wild beyond the 1.5e-5 point of chi-square; leaving those out only lowers E exp(l).
+is an outlier beyond the 1.5e-5 point of chi-square; leaving those out only lowers E exp(l).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bodyschema.estimation.stream_noise import wild_beyond
+from bodyschema.estimation.stream_noise import outlier_limit
 
 AFTER = 0.9
-"""p1: share of wild samples after a large change."""
+"""p1: share of outliers after a large change."""
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,14 @@ class Cusum:
         return float(np.log(2 * self.samples))
 
     def step(
-        self, state: Sums, squared: list[tuple[float, int]], wild: float, armed: bool
+        self, state: Sums, squared: list[tuple[float, int]], outliers: float, armed: bool
     ) -> tuple[Sums, bool]:
         """One sample.
 
         Args:
             state: the sums so far.
             squared: squared innovation and number of rows of each source.
-            wild: p0.
+            outliers: p0.
             armed: whether innovations are independent enough for the core sum: as long as the
                 belief's own error makes up much of them they are not.
 
@@ -63,10 +63,10 @@ class Cusum:
         """
         core, gross, r = 0.0, 0.0, self.inflation
         for q, d in squared:
-            if q > wild_beyond(d):
-                gross += np.log(AFTER / wild)
+            if q > outlier_limit(d):
+                gross += np.log(AFTER / outliers)
             else:
-                gross += np.log((1 - AFTER) / (1 - wild))
+                gross += np.log((1 - AFTER) / (1 - outliers))
                 core += (q * (1 - 1 / r) - d * np.log(r)) / 2
         sums = Sums(max(0.0, state.core + core) if armed else 0.0, max(0.0, state.gross + gross))
         return sums, max(sums.core, sums.gross) > self.limit

@@ -20,7 +20,7 @@ from bodyschema.errors import InputError
 from bodyschema.learners.payload.clock_lag import clock_lag, shifted
 from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import Part
-from bodyschema.monitoring.held_load import LoadWatch
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.senses.wrench_means import Averaging, WrenchMeans
 from bodyschema.senses.wrist_declaration import LoadSegments
 from bodyschema.senses.wrist_samples import WristSamples
@@ -47,16 +47,16 @@ class Happening:
 
 def watched_events(means: WrenchMeans, learner: LoadLearner) -> tuple[Happening, ...]:
     """What the watch noticed: the first identification, and each change at its alarm."""
-    watch = LoadWatch(learner)
-    state, events, alarm = watch.start(), list[Happening](), None
+    monitor = Monitor(learner)
+    state, events, alarm = monitor.start(), list[Happening](), None
     for k in range(len(means)):
-        state, report = watch.step(state, means.take(slice(k, k + 1)))
-        now = float(means.time[k])
-        if report.event == "alarm":
+        state, info = monitor.step(state, (means.take(slice(k, k + 1)),))
+        now, load = float(means.time[k]), state.belief.load
+        if info.event == "alarm":
             alarm = now if alarm is None else alarm
-        elif report.event:
-            mass = None if report.load is None else report.load.mass
-            events.append(Happening(now if alarm is None else alarm, report.event, mass))
+        elif info.event and load is not None:
+            when = now if alarm is None else alarm
+            events.append(Happening(when, info.change or info.event, load.mass))
             alarm = None
     return tuple(events)
 

@@ -1,10 +1,10 @@
 """Does a calibration hold all through a recording, and if not: since when, and what changed?
 
-The calibrated body goes into the machine as a certified belief, which then only watches. A joint's
+The calibrated body goes into the monitor as a certified belief, which then only watches. A joint's
 zero or a frame that the calibration did not free counts as known, but may change. The size and the
 memory of the noise are measured on the recording itself, whatever changes in it.
 
-When the machine has named a part and learned it again, the moment s of the change is the one that
+When the monitor has named a part and learned it again, the moment s of the change is the one that
 divides the recording best between the old belief and the new,
 
     s = argmax sum_{i >= s} (q_i(old) - q_i(new))
@@ -20,14 +20,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.estimation.stream_noise import StreamNoise, measured, wild_beyond
-from bodyschema.learners.watched_body import Moment, WatchedBelief, WatchedBody, moments
-from bodyschema.monitoring.block_ratio import Window
-from bodyschema.monitoring.labelling import EVERYTHING
-from bodyschema.monitoring.machine import Machine, Watch
+from bodyschema.estimation.stream_noise import StreamNoise, measured, outlier_limit
+from bodyschema.learners.learner import Moment, moments
+from bodyschema.learners.watched_body import WatchedBelief, WatchedBody
+from bodyschema.monitoring.blame import EVERYTHING
+from bodyschema.monitoring.monitor import Monitor, MonitorState
 from bodyschema.monitoring.parts import parts_of
 from bodyschema.senses.sense import Sense
 
@@ -101,26 +101,24 @@ def check_stream(
     noise = _noise(learner, known, senses)
     belief = learner.known(known, noise, tuple(senses))
     stream = moments(senses)
-    machine = Machine(learner, len(stream) / false_alarm)
-    window = Window.empty(len(known.variables))
-    watch = Watch[WatchedBelief, Moment](belief, "observe", window=window)
-    found = _changes(learner, machine, watch, stream)
+    monitor = Monitor(learner, len(stream) / false_alarm)
+    found = _changes(learner, monitor, monitor.observing(belief), stream)
     times = [moment[0].time[0] for moment in stream]
     return StreamCheck(found, float(times[-1] - times[0]), noise)
 
 
 def _changes(
     learner: WatchedBody,
-    machine: Machine[WatchedBelief, Moment],
-    watch: Watch[WatchedBelief, Moment],
+    monitor: Monitor[WatchedBelief, Sense],
+    watch: MonitorState[WatchedBelief, Sense],
     stream: Sequence[Moment],
 ) -> tuple[Change, ...]:
-    """Run the machine; every change that it reports, sized when it was learned."""
+    """Run the monitor; every change that it reports, sized when it was learned."""
     found: list[Change] = []
     old, block, alarm, first = watch.belief, UNNAMED, -1, 0
     for i, moment in enumerate(stream):
         before = watch.belief
-        watch, report = machine.step(watch, moment)
+        watch, report = monitor.step(watch, moment)
         if report.event == "alarm":
             old, block, alarm = before, UNNAMED, i
         elif report.event == "dismissed":
@@ -157,7 +155,7 @@ def _sized(
     at = stream[from_ + _onset(learner, old, new, stream[from_:])][0]
     rows = learner.blocks[block]
     d = learner.difference(new, old)[rows]
-    P = (learner.doubt(new).covariance + learner.doubt(old).covariance)[np.ix_(rows, rows)]
+    P = (learner.belief(new).doubt + learner.belief(old).doubt)[np.ix_(rows, rows)]
     return Change(
         block,
         float(at.time[0]),
@@ -166,7 +164,7 @@ def _sized(
         tuple(learner.variables.names[k] for k in rows),
         tuple(map(float, d)),
         tuple(map(float, np.sqrt(np.diag(P)))),
-        float(chi2.sf(d @ np.linalg.solve(P, d), len(d))),
+        float(chdtrc(len(d), d @ np.linalg.solve(P, d))),
     )
 
 
@@ -181,7 +179,7 @@ def _onset(
 def _squared(learner: WatchedBody, belief: WatchedBelief, moment: Moment) -> float:
     white = learner.innovation(belief, moment)
     squares = [white.e[white.source == k] for k in np.unique(white.source)]
-    return sum(min(float(e @ e), wild_beyond(len(e))) for e in squares)
+    return sum(min(float(e @ e), outlier_limit(len(e))) for e in squares)
 
 
 def _with_all_parts(estimate: Estimate, senses: Sequence[Sense]) -> Estimate:

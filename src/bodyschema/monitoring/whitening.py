@@ -1,6 +1,6 @@
 """Innovations made ready for tests: in units of the noise, without memory, source by source.
 
-With r the correlation of residuals from one sample to the next, sources that were good in both get
+With r the correlation of residuals from one moment to the next, sources that were good in both get
 e' = (e_t - r e_t-1) / sqrt(1 - r^2), and J' alike. The squared innovation of a source is
 q = e'^T (1 + J' P J'^T)^-1 e', chi-square while the belief with covariance P is right.
 """
@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.estimation.stream_noise import wild_beyond
-from bodyschema.learners.watchable import Doubt, WhiteInnovation
+from bodyschema.estimation.belief import GaussianBelief, WhiteInnovation
+from bodyschema.estimation.stream_noise import outlier_limit
 from bodyschema.model.kernels import kernel
 
 Array = NDArray[np.float64]
@@ -23,10 +23,10 @@ WORTH_WHITENING = 0.05
 
 
 class Tested(NamedTuple):
-    """One sample's innovations, ready for the tests."""
+    """One moment's innovations, ready for the tests."""
 
     e: Array
-    """(m,) of the sources that are not wild."""
+    """(m,) of the sources that are no outliers."""
     J: Array
     """(m, k)."""
     squared: list[tuple[float, int]]
@@ -34,18 +34,18 @@ class Tested(NamedTuple):
     spread: float
     """tr J P J^T over the number of rows: the belief's share in the innovations."""
     kept: WhiteInnovation
-    """The sources that are not wild, before whitening in time; the next sample needs it."""
+    """The sources that are no outliers, before whitening in time; the next moment needs it."""
 
 
-def prepare(raw: WhiteInnovation, before: WhiteInnovation | None, doubt: Doubt) -> Tested:
-    """Level, whiten, and measure one sample's innovations.
+def prepare(raw: WhiteInnovation, before: WhiteInnovation | None, belief: GaussianBelief) -> Tested:
+    """Level, whiten, and measure one moment's innovations.
 
     Args:
-        raw: of this sample.
-        before: `kept` of the sample before; None at first.
-        doubt: of the belief.
+        raw: of this moment.
+        before: `kept` of the moment before; None at first.
+        belief: whose innovation it is.
     """
-    root, r = np.sqrt(doubt.level), doubt.correlation
+    root, r, P = np.sqrt(belief.level), belief.noise.correlation, belief.doubt
     e, J, source = raw.e / root, raw.J / root, raw.source
     white_e, white_J = e, J
     if before is not None and r > WORTH_WHITENING:
@@ -55,12 +55,12 @@ def prepare(raw: WhiteInnovation, before: WhiteInnovation | None, doubt: Doubt) 
             white_e[now] = (e[now] - r * before.e[then]) / np.sqrt(1 - r * r)
             white_J[now] = (J[now] - r * before.J[then]) / np.sqrt(1 - r * r)
     q, spread = np.empty(len(e)), np.empty(len(e))
-    _source_squares(white_e, white_J, source, doubt.covariance, q, spread)
+    _source_squares(white_e, white_J, source, P, q, spread)
     squared, kept, first = [], np.ones(len(e), dtype=np.bool_), 0
     while first < len(e):
         d = int(np.count_nonzero(source == source[first]))
         squared.append((float(q[first]), d))
-        kept[first : first + d] = q[first] <= wild_beyond(d)
+        kept[first : first + d] = q[first] <= outlier_limit(d)
         first += d
     now_kept = WhiteInnovation(e[kept], J[kept], source[kept])
     share = float(spread.sum()) / max(len(e), 1)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.attention.body_in_view import BodyInView
+from bodyschema.attention.frames import Frame
 from bodyschema.attention.onsets import OnsetCoincidence, OnsetState
 from bodyschema.simulation.film import Film
 from bodyschema.studies.watched_scenes import CELL
@@ -24,7 +25,7 @@ def watched(film: Film, joints: tuple[str, ...]) -> Iterator[tuple[OnsetState, B
     height, width = film.pictures.shape[1:]
     state = detector.start((width, height))
     for time, picture, q in zip(film.time, film.pictures, film.q[:, : len(joints)], strict=True):
-        state = detector.step(state, float(time), picture, q)
+        state, _ = detector.step(state, (Frame(float(time), picture, q),))
         yield state, detector.found(state), picture
 
 

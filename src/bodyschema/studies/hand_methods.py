@@ -52,7 +52,7 @@ class OffsetLearner(Protocol):
     def start(self, body: Body, joints: Sequence[str]) -> Any:
         """The state before the first frame."""
 
-    def step(self, state: Any, seen: Images) -> tuple[Any, OffsetInfo]:
+    def step(self, state: Any, moment: tuple[Images, ...]) -> tuple[Any, tuple[OffsetInfo, ...]]:
         """The state after one frame."""
 
 

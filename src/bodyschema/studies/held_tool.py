@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.learners.watched_smoother import Block
 from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, join
-from bodyschema.monitoring.innovations import Candidate
 from bodyschema.senses.points import Points
 from bodyschema.simulation.humanoid import EYE, humanoid, reduced
 
@@ -51,10 +51,10 @@ def _members(carrier: str) -> tuple[str, ...]:
     return tuple(f"{carrier}.link_{c}" for c in "xyz")
 
 
-CANDIDATES = (
-    Candidate("tool", _members(TIP), 0.3, odds=20.0),
-    Candidate("upper arm", _members("r_arm_yaw"), 0.3),
-    Candidate("camera", _members(EYE), 0.3),
+BLOCKS = (
+    Block("tool", _members(TIP), 0.3, odds=20.0),
+    Block("upper arm", _members("r_arm_yaw"), 0.3),
+    Block("camera", _members(EYE), 0.3),
 )
 """What may change: the tool most often."""
 
@@ -167,7 +167,7 @@ class Change:
     """A change of one part in mid-run."""
 
     part: str
-    """Name of a candidate."""
+    """Name of a block."""
     size: float
     """m; a tool that moves by the stick's length is dropped: the tip is in the hand again."""
     at: int
@@ -176,8 +176,7 @@ class Change:
     def made(self, before: Array, rng: np.random.Generator) -> Array:
         """The true deviation after it."""
         after = before.copy()
-        candidate = next(c for c in CANDIDATES if c.name == self.part)
-        rows = candidate.rows(freed(True))
+        rows = next(block for block in BLOCKS if block.name == self.part).rows(freed(True))
         if self.part == "tool" and self.size == STICK:
             after[rows] = 0.0
         else:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.attention.finder import BodyFinder
+from bodyschema.attention.frames import Frame
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.hand_eye.stereo_points import StereoPoints
@@ -137,7 +138,7 @@ def _hand_found(film: StereoFilm, seconds: float) -> tuple[NDArray[np.bool_], ND
     for moment in film.waggle(seconds):
         height, width = moment.left.shape
         state = state or finder.start((width, height))
-        state = finder.step(state, moment.time, moment.left, moment.q)
+        state, _ = finder.step(state, (Frame(moment.time, moment.left, moment.q),))
         moving.append(finder.found(state).now)
     return np.mean(moving, axis=0) > OFTEN, film.hand()
 
@@ -167,7 +168,7 @@ def _learned(film: StereoFilm, hand: NDArray[np.bool_], seconds: float) -> Resul
         seen.append(float(np.isfinite(state.pixels).all(axis=1).mean()))
         if seen[-1]:
             sample = StereoPoints(moment.time, moment.T_world_hand, state.pixels)
-            belief = learner.step(belief, sample)
+            belief, _ = learner.step(belief, (sample,))
         if frame % EVERY == 0 and belief.theta is not None:
             bounds = learner.certificate(belief).bounds
             stated = (float(np.rad2deg(bounds["rotation"])), 1e3 * float(bounds["camera"]))

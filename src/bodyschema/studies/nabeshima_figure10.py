@@ -128,7 +128,7 @@ def watch_paper(samples: WristSamples, truth: Inertia) -> Result:
     rows = paper_rows(_known(samples.rotation), y[:, :3], y[:, 3:], DOWN)
     for t, A in zip(samples.time, rows, strict=True):
         was = state.x
-        state, found = learner.step(state, A)
+        state, (found,) = learner.step(state, (A,))
         if satisfied is None and was is None and state.x is not None:
             satisfied = float(t)
         if state.moments.count % learner.every == 0:
@@ -143,7 +143,7 @@ def watch_ours(samples: WristSamples, truth: Inertia) -> Result:
     belief, course, satisfied = learner.start(), [], None
     means = Averaging().means(samples)
     for k in range(len(means)):
-        belief = learner.step(belief, means.take([k]))
+        belief, _ = learner.step(belief, (means.take([k]),))
         if belief.load is None:
             continue
         t = float(means.time[k])

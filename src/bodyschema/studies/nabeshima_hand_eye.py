@@ -108,7 +108,7 @@ class HandEye:
         state, certificate = learner.start(), None
         answer: Result = {}
         for i, moment in enumerate(seen.time):
-            state = learner.step(state, seen.sample(i))
+            state, _ = learner.step(state, (seen.sample(i),))
             if state.theta is None:
                 continue
             if moment >= SECONDS and not answer:
@@ -148,7 +148,7 @@ class HandEye:
         seen = Stream(np.arange(float(POSTURES)), q[chosen], T, perceive(one, T, eyes, rng))
         state = learner.start()
         for i in range(POSTURES):
-            state = learner.step(state, seen.sample(i))
+            state, _ = learner.step(state, (seen.sample(i),))
         if state.theta is not None:
             answer["better_one_point"] = errors(state.theta.T_world_cam, state.theta.points, one)
         return answer

@@ -43,7 +43,7 @@ def learner_run(samples: WristSamples, box: Inertia) -> Result:
     mass, com, certified, physical = [], [], None, True
     time = means.time + averaging.window / 2
     for k in range(len(means)):
-        belief = learner.step(belief, means.take(slice(k, k + 1)))
+        belief, _ = learner.step(belief, (means.take(slice(k, k + 1)),))
         load = belief.load
         if load is None or belief.solution is None:
             continue

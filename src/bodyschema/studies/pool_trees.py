@@ -56,7 +56,7 @@ def pool_tree_run(
     curve = []
     for i in range(limit):
         for sense in watching.at(q, i):
-            state, _ = pool.step(state, sense)
+            state, _ = pool.step(state, (sense,))
         curve.append(watching.errors(state.body, fresh).mean(axis=0))
         if watching.worst(state.body, fresh) <= threshold:
             return PooledRun(i + 1, np.array(curve), state.body)

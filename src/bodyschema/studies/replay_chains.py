@@ -40,7 +40,7 @@ def replay_run(protocol: Protocol, n_joints: int, seed: int, run: int) -> int:
     for t in range(LIMIT + STREAK):
         q = rng.uniform(-protocol.reach, protocol.reach, (1, n_joints))
         position = relative_pose(truth, q, "base", "tip")[:, :3, 3]
-        state, miss = learner.step(state, Points.make(q, position, "base", "tip"))
+        state, (miss,) = learner.step(state, (Points.make(q, position, "base", "tip"),))
         near = near + 1 if miss.distance < small else 0
         if near == STREAK:
             return t + 1 - STREAK

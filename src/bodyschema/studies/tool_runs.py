@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.learners.learner import Learner, run
+from bodyschema.learners.learner import BodyLearner, run
 from bodyschema.learners.published.online_gradient import OnlineGradient
 from bodyschema.learners.smoother import Smoother
-from bodyschema.monitoring.link_change import LinkMonitor
-from bodyschema.studies.held_tool import CANDIDATES, ELBOW, TIP, Change, Scene, arm, freed
+from bodyschema.learners.watched_smoother import WatchedSmoother
+from bodyschema.monitoring.monitor import Monitor
+from bodyschema.studies.held_tool import BLOCKS, ELBOW, TIP, Change, Scene, arm, freed
 from bodyschema.studies.study import Result
 
 Array = NDArray[np.float64]
 
-LEARNERS: dict[str, tuple[Learner[Any, Any], bool]] = {
+LEARNERS: dict[str, tuple[BodyLearner[Any, Any], bool]] = {
     "online_gradient_last_limb": (OnlineGradient(0.001, length=1.0), False),
     "online_gradient_whole_arm": (OnlineGradient(0.005, length=1.0), True),
     "smoother_last_limb": (Smoother(), False),
@@ -39,6 +40,9 @@ LOOKS = (10, 100, 1000)
 AFTER = (10, 30, 100)
 """Samples after a change at which the error of the tip is kept."""
 
+OFTEN = 1e5
+"""Mean number of samples between false alarms, at least: three hours."""
+
 DRAWN = 400
 """Points of a curve."""
 
@@ -55,7 +59,7 @@ def learning(name: str, scene: Scene, curve: bool) -> Result:
     tip, elbow = scene.places(0, TIP), scene.places(0, ELBOW)
     state = learner.start(arm(), freed(whole))
     errors, distances = [], []
-    for after, info in run(learner, state, [scene.seen]):
+    for after, (info,) in run(learner, state, [scene.seen]):
         state = after
         errors.append(scene.miss(state.body, tip, TIP))
         distances.append(float(np.linalg.norm(info.residual)))
@@ -76,28 +80,27 @@ def learning(name: str, scene: Scene, curve: bool) -> Result:
 
 def changing(change: Change, scene: Scene) -> Result:
     """The monitor meets a change in mid-run; samples count from the change, the first being 1."""
-    monitor = LinkMonitor(CANDIDATES)
-    state = monitor.start(arm(), freed(True))
-    at = change.at
+    monitor = Monitor(WatchedSmoother(arm(), freed(True), BLOCKS), OFTEN)
+    state, at = monitor.start(), change.at
     tip, elbow = scene.places(at, TIP), [scene.places(t, ELBOW) for t in (at - 1, at)]
     found: Result = {"noticed": None, "blamed": None, "decided": None, "false_alarms": 0}
     errors = []
-    for k, (after, report) in enumerate(run(monitor, state, [scene.seen]), 1 - at):
-        state = after
+    for k, (after, info) in enumerate(run(monitor, state, [scene.seen]), 1 - at):
+        state, body = after, after.belief.body
         if k == 0:
-            found["tip_before"] = scene.miss(state.body, scene.places(at - 1, TIP), TIP)
-            found["elbow_before"] = scene.miss(state.body, elbow[0], ELBOW)
+            found["tip_before"] = scene.miss(body, scene.places(at - 1, TIP), TIP)
+            found["elbow_before"] = scene.miss(body, elbow[0], ELBOW)
         if k < 1:
-            found["false_alarms"] += report.alarm
+            found["false_alarms"] += info.event == "alarm"
             continue
-        errors.append(scene.miss(state.body, tip, TIP))
-        if report.alarm and found["noticed"] is None:
+        errors.append(scene.miss(body, tip, TIP))
+        if info.event == "alarm" and found["noticed"] is None:
             found["noticed"] = k
-        if report.verdict and found["blamed"] is None:
-            found["blamed"], found["decided"] = report.verdict, k
+        if info.event == "changed" and found["blamed"] is None:
+            found["blamed"], found["decided"] = info.block, k
     found["steps"] = {limit: steps_below(errors, value) for limit, value in LIMITS.items()}
     found["tip"] = {str(k): errors[k - 1] for k in AFTER}
-    found["elbow_after"] = scene.miss(state.body, elbow[1], ELBOW)
+    found["elbow_after"] = scene.miss(body, elbow[1], ELBOW)
     return found
 
 

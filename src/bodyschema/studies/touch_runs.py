@@ -95,7 +95,7 @@ def learn(wrist: Wrist, condition: str, rng: np.random.Generator) -> TouchSearch
     if condition == "known":
         return TouchSearch.taught(quiet, wrist.truth(), wrist.held.solid, gain_std=0.0)
     learner = LoadLearner()
-    belief = learner.step(learner.start(), Averaging().means(quiet))
+    belief, _ = learner.step(learner.start(), (Averaging().means(quiet),))
     if belief.solution is None:
         raise RuntimeError("a belief that took a step has a solution.")
     gain_std = GAIN if condition == "gain" else 0.0

@@ -93,7 +93,7 @@ class Generalisation:
             robot.command(q)
             seen = robot.look()
             for name, state in states.items():
-                states[name], info = learner.step(state, seen)
+                states[name], (info,) = learner.step(state, (seen,))
                 found[name] = (ERRORS[name], info.offsets)
         return found
 

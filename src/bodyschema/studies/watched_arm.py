@@ -21,7 +21,7 @@ from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.hand_eye.stereo_points import triangulated_rows
 from bodyschema.learners.published.linear_relation import PaperRelation
 from bodyschema.model.kinematics import relative_pose
-from bodyschema.monitoring.machine import Machine
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.simulation.katana import (
     Scene,
     Stream,
@@ -105,7 +105,7 @@ def watch_faithfully(seen: Stream, noise: float) -> dict[str, Any]:
     state, events, curves = learner.start(), [], []
     points = stereo(noise).triangulate(seen.pixels[:, 0])
     for i in range(len(seen)):
-        state, look = learner.step(state, triangulated_rows(seen.T_world_hand[i], points[i]))
+        state, (look,) = learner.step(state, (triangulated_rows(seen.T_world_hand[i], points[i]),))
         if look.event:
             kind = "identified" if look.event == "identified" else "alarm"
             events.append([float(seen.time[i]), kind, ""])
@@ -124,12 +124,12 @@ def watch_faithfully(seen: Stream, noise: float) -> dict[str, Any]:
 
 
 def watch_better(seen: Stream, noise: float) -> dict[str, Any]:
-    """The machine round our learner on a stream: its events and curves."""
+    """The monitor round our learner on a stream: its events and curves."""
     learner = HandEyePoints(stereo(noise))
-    machine = Machine(learner)
-    state, events, curves = machine.start(), [], []
+    monitor = Monitor(learner)
+    state, events, curves = monitor.start(), [], []
     for i in range(len(seen)):
-        state, report = machine.step(state, seen.sample(i))
+        state, report = monitor.step(state, (seen.sample(i),))
         if report.event:
             events.append([float(seen.time[i]), report.event, report.block])
         if i % CURVE == 0:
@@ -169,13 +169,13 @@ def score(events: Sequence[Sequence[Any]]) -> dict[str, Any]:
 
 
 def _observing(events: Sequence[Sequence[Any]], moment: float) -> bool:
-    """Whether the machine was watching at a moment."""
+    """Whether the monitor was watching at a moment."""
     before = [kind for t, kind, _ in events if t < moment and kind in ("identified", "alarm")]
     return bool(before) and before[-1] == "identified"
 
 
 def _false_alarms(events: Sequence[Sequence[Any]]) -> int:
-    """Alarms other than the first one after each change that found the machine watching."""
+    """Alarms other than the first one after each change that found the monitor watching."""
     alarms = [t for t, kind, _ in events if kind == "alarm"]
     due = 0
     for begin, end in ((ROD, HEAD), (HEAD, SECONDS)):

@@ -185,7 +185,7 @@ def _learn(
 ) -> tuple[Any, OffsetInfo]:
     """One step with what the robot believes of its cameras; adds to the learner's time."""
     begin = time.process_time()
-    state, info = learner.step(state, replace(images, cameras=mine.cameras))
+    state, (info,) = learner.step(state, (replace(images, cameras=mine.cameras),))
     trace.seconds += time.process_time() - begin
     return state, info
 

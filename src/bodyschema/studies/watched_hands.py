@@ -72,7 +72,7 @@ class _Watcher:
     def look(self, robot: SeeingIcub, mine: Believed) -> None:
         """Learn from one frame."""
         seen = replace(robot.look(self.arm.links), cameras=mine.cameras)
-        self.state, self.info = self.learner.step(self.state, seen)
+        self.state, (self.info,) = self.learner.step(self.state, (seen,))
         if isinstance(self.info, TrackInfo):
             self.body = self.info.whole.body
         elif self.info is not None:

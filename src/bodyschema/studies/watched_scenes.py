@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.attention.body_in_view import BodyInView
+from bodyschema.attention.frames import Frame
 from bodyschema.simulation.film import Film
 from bodyschema.simulation.random_motions import LEAST_REST
 
@@ -41,7 +42,7 @@ class Detector(Protocol):
         """Before the first frame."""
         ...
 
-    def step(self, state: Any, time_s: float, image: NDArray[np.uint8], q: Array) -> Any:
+    def step(self, state: Any, moment: tuple[Frame, ...]) -> tuple[Any, Any]:
         """One frame."""
         ...
 
@@ -107,7 +108,7 @@ def watch(
     height, width = film.pictures.shape[1:]
     state, done = detector.start((width, height)), 0
     for time, picture, q in zip(film.time, film.pictures, film.q[:, :joints], strict=True):
-        state = detector.step(state, float(time), picture, q)
+        state, _ = detector.step(state, (Frame(float(time), picture, q),))
         if done < len(film.motion_end) and time >= film.motion_end[done] + LEAST_REST - NOTED:
             done += 1
             if note is not None:

@@ -9,6 +9,7 @@ import pytest
 
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.finder import BodyFinder
+from bodyschema.attention.frames import Frame
 from bodyschema.attention.onsets import OnsetCoincidence
 from bodyschema.errors import InputError
 from moving_bar import BREADTH, HEIGHT, LENGTH, PIVOT, WIDTH, angles, pictures
@@ -36,7 +37,7 @@ def film(motions: int) -> tuple[np.ndarray, np.ndarray]:
 def watch(detector: BodyFinder | OnsetCoincidence, motions: int = 6) -> BodyInView:
     state = detector.start(SIZE)
     for i, (picture, q) in enumerate(zip(*film(motions), strict=True)):
-        state = detector.step(state, i / 30, picture, q)
+        state, _ = detector.step(state, (Frame(i / 30, picture, q),))
     return detector.found(state)
 
 
@@ -78,7 +79,7 @@ def test_it_asks_for_the_joint_that_has_not_moved(found):
     alone = BodyFinder(("turn",))
     state = alone.start(SIZE)
     for i, (picture, q) in enumerate(zip(*film(6), strict=True)):
-        state = alone.step(state, i / 30, picture, q[:1])
+        state, _ = alone.step(state, (Frame(i / 30, picture, q[:1]),))
     assert alone.found(state).enough
     assert alone.found(state).next_motion is None
 
@@ -87,7 +88,7 @@ def test_cells_move_now_only_while_the_bar_does():
     finder, (grey, q) = BodyFinder(("turn", "idle")), film(2)
     state, now = finder.start(SIZE), []
     for i in range(len(grey)):
-        state = finder.step(state, i / 30, grey[i], q[i])
+        state, _ = finder.step(state, (Frame(i / 30, grey[i], q[i]),))
         moves = finder.found(state).now.astype(np.float32)
         around = cv2.filter2D(moves, -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
         assert (around[moves > 0] > 1).all()  # no cell moves all alone
@@ -112,9 +113,9 @@ def test_the_published_detector_is_fooled_by_what_its_window_lets_in():
 
 def test_states_are_values_and_the_same_film_gives_the_same_answer(found):
     finder, (grey, q) = BodyFinder(("turn", "idle")), film(1)
-    first = finder.step(finder.start(SIZE), 0.0, grey[0], q[0])
+    first, _ = finder.step(finder.start(SIZE), (Frame(0.0, grey[0], q[0]),))
     before = first.sums.A.copy(), first.image.copy()
-    finder.step(first, 0.1, grey[20], q[20])
+    finder.step(first, (Frame(0.1, grey[20], q[20]),))
     np.testing.assert_array_equal(first.sums.A, before[0])
     np.testing.assert_array_equal(first.image, before[1])
     with pytest.raises(FrozenInstanceError):
@@ -145,7 +146,7 @@ def test_settings_that_cannot_work_are_refused(change, says):
 def test_frames_that_cannot_be_used_are_refused(kind):
     detector = kind(("a", "b"))
     picture, q = np.zeros((HEIGHT, WIDTH), dtype=np.uint8), np.zeros(2)
-    state = detector.step(detector.start(SIZE), 1.0, picture, q)
+    state, _ = detector.step(detector.start(SIZE), (Frame(1.0, picture, q),))
     for time, image, positions, says in (
         (1.0, picture, q, "order of time"),
         (np.nan, picture, q, "order of time"),
@@ -156,7 +157,7 @@ def test_frames_that_cannot_be_used_are_refused(kind):
         (2.0, picture, np.array([0.0, np.nan]), "joint 'b' at 2 s is nan"),
     ):
         with pytest.raises(InputError, match=says):
-            detector.step(state, time, image, positions)
+            detector.step(state, (Frame(time, image, positions),))
     with pytest.raises(InputError, match="fewer than 3 cells"):
         detector.start((40, 200))
 

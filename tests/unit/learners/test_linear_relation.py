@@ -84,12 +84,12 @@ def test_ten_samples_in_a_row_above_the_limit_start_anew():
     state = Relation(Moments.empty(2), np.array([1.0, 1.0]), 0.5)
     good, bad = np.array([[1.0, -1.0]]), np.array([[1.0, 0.0]])
     for _ in range(9):
-        state, look = learner.step(state, bad)
+        state, (look,) = learner.step(state, (bad,))
         assert not look.event
-    state, look = learner.step(state, good)
+    state, (look,) = learner.step(state, (good,))
     assert state.above == 0
     for _ in range(10):
-        state, look = learner.step(state, bad)
+        state, (look,) = learner.step(state, (bad,))
     assert look.event == "changed"
     assert state.x is None
     assert state.moments.count == 0
@@ -103,7 +103,7 @@ def test_the_two_limits_differ_by_the_scale():
         learner = PaperRelation(16, limit=limit, closest=0.01)
         state, i = learner.start(), 0
         while state.x is None:
-            state, look = learner.step(state, triangulated_rows(stream.T_world_hand[i], c[i]))
+            state, (look,) = learner.step(state, (triangulated_rows(stream.T_world_hand[i], c[i]),))
             i += 1
         limits[limit] = state.limit
     assert limits["consistent"] / limits["literal"] == pytest.approx(look.direction.scale**2)

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bodyschema.estimation.certificate import Demand
+from bodyschema.estimation.certificate import Tolerance
 from bodyschema.estimation.stream_noise import StreamNoise
 from bodyschema.learners.filter import Filter
-from bodyschema.learners.watched_body import WatchedBelief, WatchedBody, moments
+from bodyschema.learners.learner import moments
+from bodyschema.learners.watched_body import WatchedBelief, WatchedBody
 from simulated import drawn, free_all, points, poses, postures, seen_arm
 
 
@@ -24,7 +25,7 @@ def learned(seed: int, sense: str = "points", n: int = 150) -> tuple[WatchedBody
     learner = WatchedBody(nominal, variables, Filter(burn_in=40))
     state = learner.start()
     for moment in moments([see(truth, postures(n, truth, rng), rng)]):
-        state = learner.step(state, moment)
+        state, _ = learner.step(state, moment)
     return learner, state
 
 
@@ -73,23 +74,24 @@ def test_evidence_of_an_unchanged_body_is_one_a_row() -> None:
     rng = np.random.default_rng(9)
     body = state.filter.estimate.body
     for moment in moments([points(body, postures(200, body, rng), rng)]):
-        fresh = learner.step(fresh, moment)
-    cost, rows = learner.evidence(fresh)
-    assert cost / state.noise.level == pytest.approx(rows, rel=0.25)
+        fresh, _ = learner.step(fresh, moment)
+    belief = learner.belief(fresh)
+    assert belief.cost == pytest.approx(belief.rows, rel=0.25)
+    assert belief.explains
 
 
-def test_the_certificate_waits_for_the_demand() -> None:
+def test_the_certificate_waits_for_the_tolerance() -> None:
     learner, state = learned(4)
     bound = learner.certificate(state).bounds["position"]
-    loose = replace(learner, demand=Demand({"position": 1.1 * bound}))
-    tight = replace(learner, demand=Demand({"position": 0.9 * bound}))
+    loose = replace(learner, tolerance=Tolerance({"position": 1.1 * bound}))
+    tight = replace(learner, tolerance=Tolerance({"position": 0.9 * bound}))
     assert loose.certificate(state).holds
     assert not tight.certificate(state).holds
     assert "position is known to" in tight.certificate(state).missing[0]
     assert not learner.certificate(learner.start()).holds
 
 
-def test_wild_samples_are_counted_and_left_out() -> None:
+def test_outliers_are_counted_and_left_out() -> None:
     rng = np.random.default_rng(0)
     noise = StreamNoise()
     for _ in range(500):
@@ -98,5 +100,5 @@ def test_wild_samples_are_counted_and_left_out() -> None:
     spoiled = noise.learn(np.full(3, 100.0), None, 3e4)
     assert noise.level == pytest.approx(4, rel=0.15)
     assert spoiled.level == noise.level
-    assert spoiled.wild == noise.wild + 1
+    assert spoiled.outliers == noise.outliers + 1
     assert spoiled.recent > noise.recent

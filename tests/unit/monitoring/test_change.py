@@ -112,7 +112,7 @@ def test_it_works_on_the_recursive_learner_too() -> None:
     estimate = robot.fit
     state = learner.start(estimate.reference, estimate.variables)
     for i, sample in enumerate(record(robot.truth, 60, rng).take([i]) for i in range(60)):
-        state, _ = learner.step(state, sample)
+        state, _ = learner.step(state, (sample,))
         assert state.started == (i >= learner.burn_in - 1)
     answer = detect_change(state.estimate, [record(robot.truth, 30, rng)])
     assert not answer.changed

@@ -49,7 +49,7 @@ def by_the_learner(protocol: Protocol, seed: int, run: int) -> int:
             v *= 0.5 + u[N + 2]
         q = [protocol.reach * (2 * u[:N] - 1)]
         sample = Touches.make(q, np.zeros((1, 3)), v, "base", seen).imagined(truth, q)
-        state, miss = learner.step(state, sample)
+        state, (miss,) = learner.step(state, (sample,))
         near = near + 1 if miss.distance < protocol.threshold * length_of(drawn[1]) else 0
         if near == STREAK:
             return t + 1

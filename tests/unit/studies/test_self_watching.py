@@ -106,7 +106,7 @@ def test_a_run_is_the_learner_sample_by_sample() -> None:
     q = body.lower + (body.upper - body.lower) * q
     for i in range(n):
         for sample in in_time_order(real.at(q, i)):
-            state, _ = learner.step(state, sample)
+            state, _ = learner.step(state, (sample,))
     np.testing.assert_allclose(
         Skeleton.of(run.body).links, Skeleton.of(state.body).links, atol=1e-12
     )

@@ -42,8 +42,8 @@ class Told:
     def start(self, body, joints):
         return None
 
-    def step(self, state, seen):
-        return state, Known(self.offsets, self.spread**2 * np.eye(7))
+    def step(self, state, moment):
+        return state, (Known(self.offsets, self.spread**2 * np.eye(7)),)
 
 
 def run(offsets, gated=False, spread=1e-6, model="identical"):

@@ -40,8 +40,8 @@ class Told:
     def start(self, body: Any, joints: tuple[str, ...]) -> np.ndarray:
         return self.share * np.array([both_offsets()[name] for name in joints])
 
-    def step(self, state: np.ndarray, seen: Any) -> tuple[np.ndarray, Known]:
-        return state, Known(state, np.zeros((7, 7)))
+    def step(self, state: np.ndarray, moment: Any) -> tuple[np.ndarray, tuple[Known]]:
+        return state, (Known(state, np.zeros((7, 7))),)
 
 
 def met(share: float) -> MeetingTrace:

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.finder import BodyFinder
+from bodyschema.attention.frames import Frame
 from bodyschema.attention.overlay import draw_found
 from bodyschema.sources.clip import Clip, Moment
 from bodyschema.sources.video_writer import video_writer
@@ -55,7 +56,7 @@ def search(finder: BodyFinder, clip: Clip, folder: Path, pictures: int) -> Searc
     with video_writer(folder / "overlay.mp4", (wide, high), rate) as write:
         for k, moment in enumerate(_with_progress(clip)):
             before = time.perf_counter()
-            state = finder.step(state, moment.time, moment.grey, moment.positions)
+            state, _ = finder.step(state, (Frame(moment.time, moment.grey, moment.positions),))
             found = finder.found(state)
             looking += time.perf_counter() - before
             moving.append(found.now)

@@ -39,6 +39,8 @@ class Prior:
     theta: CameraAndPoints
     information: Array
     """(6 + 3 K, same) Lambda; zero for what changed."""
+    level: float = 1.0
+    """Mean squared white residual of the points behind it, 1 or more."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
     theta = (w, u, r_1 .. r_K),  M <- exp(w) M,   y_k = M (p + R_h r_k) - u,   M = R^T, u = M r_o
 
 (M, -u) is T_cam_world; r_k is a tracked point in the hand. Symbols as in `stereo_points`. People
-want the camera's position r_o instead of u: d r_o = M^T (d u + [u]x w), see `in_world`.
+want the camera's position r_o instead of u: d r_o = M^T (d u + [u]x w), see `world_slope`.
 """
 
 from __future__ import annotations
@@ -52,12 +52,12 @@ class CameraAndPoints:
         w = lie.log_so3(self.M @ other.M.T)
         return np.concatenate([w, self.u - other.u, (self.points - other.points).ravel()])
 
-    def in_world(self, covariance: Array) -> Array:
-        """Covariance (6 + 3 K, same) of (w in the camera, r_o in the world, points in the hand)."""
-        G = np.eye(len(covariance))
+    def world_slope(self) -> Array:
+        """(6 + 3 K, same) of (w in the camera, r_o in the world, points in the hand) with theta."""
+        G = np.eye(6 + self.points.size)
         G[3:6, :3] = self.M.T @ lie.skew(self.u)
         G[3:6, 3:6] = self.M.T
-        return G @ covariance @ G.T
+        return G
 
 
 def from_transform(T_world_cam: Array, points: Array) -> CameraAndPoints:

@@ -24,6 +24,7 @@ from bodyschema.learners.hand_eye.chart import CameraAndPoints
 from bodyschema.learners.hand_eye.point_memory import PointMemory
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.hand_eye.rotation_search import search
+from bodyschema.learners.learner import in_turn
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,16 @@ class Lag:
     seconds: float
     std: float
     """s; inf where the lowest cost is at the edge of the candidates."""
+
+
+@dataclass(frozen=True)
+class LatePoints:
+    """Points that were seen a while after the hand was where it is said to be."""
+
+    T_world_hand: Array
+    """(n_lags, 4, 4) the hand's pose at t - lag for every lag."""
+    pixels: Array
+    """(K, 3) u_left, v, u_right of each point; nan where it was not seen."""
 
 
 @dataclass(frozen=True)
@@ -66,16 +77,23 @@ class ClockSearch:
         return tuple(PointMemory.empty(self.learner.points) for _ in self.lags)
 
     def step(
-        self, state: tuple[PointMemory, ...], T_world_hand: Array, pixels: Array
-    ) -> tuple[PointMemory, ...]:
-        """One moment: the hand's pose at t - lag for every lag (n_lags, 4, 4), pixels (K, 3)."""
+        self, state: tuple[PointMemory, ...], moment: tuple[LatePoints, ...]
+    ) -> tuple[tuple[PointMemory, ...], tuple[int, ...]]:
+        """The sums for every lag after one moment, and how many points were seen."""
+        return in_turn(self._add, state, moment)
+
+    def _add(
+        self, state: tuple[PointMemory, ...], sample: LatePoints
+    ) -> tuple[tuple[PointMemory, ...], int]:
+        pixels = sample.pixels
         depth = self.learner.stereo.depth(pixels)[None]
         keep = np.isfinite(depth) & np.isfinite(pixels).all(axis=1)
         numbers = self.learner.stereo.numbers
-        return tuple(
+        after = tuple(
             memory.add(np.ascontiguousarray(T)[None], pixels[None], depth, keep, numbers)
-            for memory, T in zip(state, T_world_hand, strict=True)
+            for memory, T in zip(state, sample.T_world_hand, strict=True)
         )
+        return after, int(np.sum(keep))
 
     def solve(self, state: tuple[PointMemory, ...]) -> Lag:
         """The lag, from the parabola through the three lowest costs."""

@@ -6,8 +6,7 @@ first moments wait in a buffer (`hand_eye.burn_in`), then they move into the sum
 join when they lie within the gate. The search over all rotations, now and then, guards against a
 wrong answer that fits.
 
-After a change of one block t, the others k keep what was known of them,
-Lambda_kk = H_kk - H_kt H_tt^-1 H_tk and zero elsewhere (Schur), as prior of a fresh start.
+After a change of one block the others keep what was known of them, as prior of a fresh start.
 """
 
 from __future__ import annotations
@@ -18,7 +17,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.estimation.certificate import Certificate, Demand, certify
+from bodyschema.estimation.belief import GaussianBelief, Slopes, WhiteInnovation, forget, inverse
+from bodyschema.estimation.certificate import Certificate, Tolerance
+from bodyschema.estimation.stream_noise import StreamNoise
 from bodyschema.learners.hand_eye.belief import (
     HandEyeBelief,
     Prior,
@@ -31,23 +32,30 @@ from bodyschema.learners.hand_eye.burn_in import SEARCH_AGAIN, BurnIn
 from bodyschema.learners.hand_eye.chart import predict
 from bodyschema.learners.hand_eye.point_memory import PointMemory
 from bodyschema.learners.hand_eye.stereo_points import Stereo, StereoPoints
-from bodyschema.learners.watchable import Doubt, WhiteInnovation
+from bodyschema.learners.learner import MonitoredLearner, in_turn
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-UNITS = {"rotation": (180 / np.pi, "deg"), "camera": (1e3, "mm"), "tip": (1e3, "mm")}
+
+@dataclass(frozen=True)
+class PointInfo:
+    """What became of the points of a moment."""
+
+    seen: int
+    kept: int
+    """Not outliers; 0 while the moment waits for a fit."""
 
 
 @dataclass(frozen=True)
-class HandEyePoints:
+class HandEyePoints(MonitoredLearner[HandEyeBelief, StereoPoints, tuple[PointInfo, ...]]):
     """Learner of camera pose and tracked points; also a camera on a head, see `head_eye`."""
 
     stereo: Stereo
     points: int = 1
     """K."""
-    demand: Demand = field(
-        default_factory=lambda: Demand({"rotation": 0.0035, "camera": 0.005, "tip": 0.002})
+    tolerance: Tolerance = field(
+        default_factory=lambda: Tolerance({"rotation": 0.0035, "camera": 0.005, "tip": 0.002})
     )
     """rad, m, m: 0.2 degrees, 5 mm, 2 mm."""
     buffer: int = 150
@@ -72,17 +80,22 @@ class HandEyePoints:
         """Nothing known."""
         return HandEyeBelief(PointMemory.empty(self.points))
 
-    def step(self, state: HandEyeBelief, sample: StereoPoints) -> HandEyeBelief:
+    def step(
+        self, state: HandEyeBelief, moment: tuple[StereoPoints, ...]
+    ) -> tuple[HandEyeBelief, tuple[PointInfo, ...]]:
         """Learn from one moment."""
-        if state.flushed:
-            return self._absorb(state, sample)
-        state = replace(state, waiting=(*state.waiting, sample))
-        if len(state.waiting) % self.every:
-            return state
-        return self._fit_waiting(state)
+        return in_turn(self._learn, state, moment)
 
-    def innovation(self, state: HandEyeBelief, sample: StereoPoints) -> WhiteInnovation:
+    def innovation(self, state: HandEyeBelief, moment: tuple[StereoPoints, ...]) -> WhiteInnovation:
         """A moment against what the belief predicts; without rows if nothing was seen."""
+        parts = [self._innovation(state, sample) for sample in moment]
+        return WhiteInnovation(
+            np.concatenate([part.e for part in parts]),
+            np.concatenate([part.J for part in parts]),
+            np.concatenate([part.source + i * self.points for i, part in enumerate(parts)]),
+        )
+
+    def _innovation(self, state: HandEyeBelief, sample: StereoPoints) -> WhiteInnovation:
         e, J, _ = predict(
             theta_of(state), sample.T_world_hand[None], sample.pixels[None], self.stereo.numbers
         )
@@ -94,35 +107,44 @@ class HandEyePoints:
         flat = wide.reshape(-1, wide.shape[2])
         return WhiteInnovation(e[0, tracks].ravel(), flat, np.repeat(tracks, 3))
 
-    def doubt(self, state: HandEyeBelief) -> Doubt:
-        """Covariance, correlation, level and share of outliers."""
-        level = max(state.cost / max(3 * state.seen, 1.0), 1.0)
-        wild = (state.rejected + 2) / (state.seen + state.rejected + 100)
-        return Doubt(state.covariance, state.correlation, level, max(wild, 1e-3))
+    def belief(self, state: HandEyeBelief) -> GaussianBelief:
+        """Of theta; the noise is the one that the cameras declare."""
+        tau = correlation_time(state.correlation)
+        pull, unknowns = 0.0, 6 + 3 * self.points
+        if state.prior is not None and state.theta is not None:
+            away, unknowns = state.theta.away_from(state.prior.theta), 0
+            pull = float(away @ state.prior.information @ away)
+        level = state.cost / max(3 * state.seen, 1.0)
+        used = level if state.prior is None else state.prior.level
+        freedom = max(3 * state.seen - unknowns, 1.0)
+        return GaussianBelief(
+            state.covariance,
+            self.tolerance,
+            StreamNoise(
+                level,
+                state.correlation,
+                state.seen + state.rejected,
+                state.rejected + 2,
+                state.recent,
+            ),
+            tau,
+            (state.cost / tau + pull) / max(used, 1.0),
+            3 * state.seen / tau,
+            state.cost / freedom,
+            freedom / _long_run(state.correlation),
+            state.gap,
+            state.theta is not None and len(state.covariance) > 0,
+        )
 
     def forget(self, state: HandEyeBelief, block: str) -> HandEyeBelief:
         """Start anew with all but one block as prior; "" keeps everything as prior."""
-        theta, information = theta_of(state), np.linalg.inv(state.covariance)
-        kept = information
-        if block:
-            t = self.blocks[block]
-            part = information[:, t] @ np.linalg.solve(information[np.ix_(t, t)], information[t])
-            kept = information - part
-            kept[t], kept[:, t] = 0.0, 0.0
-        prior = Prior(theta, (kept + kept.T) / 2)
-        fresh = self.start()
+        known = inverse(state.covariance)
+        known = forget(known, self.blocks[block]) if block else known
+        prior = Prior(theta_of(state), known, self.belief(state).level)
         return replace(
-            fresh, theta=theta, prior=prior, correlation=state.correlation, gap=np.inf,
-            covariance=state.covariance,
+            self.start(), theta=prior.theta, prior=prior, correlation=state.correlation,
+            gap=np.inf, covariance=state.covariance,
         )  # fmt: skip
-
-    def evidence(self, state: HandEyeBelief) -> tuple[float, float]:
-        """What the belief costs, the prior's pull included, and the residuals behind it."""
-        tau, pull = correlation_time(state.correlation), 0.0
-        if state.prior is not None and state.theta is not None:
-            away = state.theta.away_from(state.prior.theta)
-            pull = float(away @ state.prior.information @ away)
-        return state.cost / tau + pull, 3 * state.seen / tau
 
     def difference(self, state: HandEyeBelief, earlier: HandEyeBelief) -> Array:
         """(6 + 3 K,) the step of theta from an earlier belief to this one."""
@@ -130,33 +152,28 @@ class HandEyePoints:
             return np.zeros(6 + 3 * self.points)
         return theta_of(state).away_from(theta_of(earlier))
 
-    def astray(self, state: HandEyeBelief) -> bool:
-        """Whether most of the last moments lie outside the gate, or residuals are far too large."""
-        if state.theta is None:
-            return False
-        freedom = max(3 * state.seen - 6 - 3 * self.points, 1.0)
-        excess = state.cost / freedom - 1 - self.demand.misfit
-        spread = np.sqrt(2 * _long_run(state.correlation) / freedom)
-        return state.recent > 0.5 or bool(excess > 8 * spread)
-
     def certificate(self, state: HandEyeBelief) -> Certificate:
-        """Whether the belief meets the demand."""
-        if state.theta is None or not len(state.covariance):
-            return Certificate(False, {}, np.inf, ("too few moments for a first fit.",))
-        P = state.theta.in_world(state.covariance)
-        parts = {"rotation": P[:3, :3], "camera": P[3:6, 3:6]}
-        tips = [P[i : i + 3, i : i + 3] for i in range(6, len(P), 3)]
-        parts["tip"] = max(tips, key=lambda part: float(np.linalg.eigvalsh(part)[-1]))
-        unknowns = 0 if state.prior is not None else 6 + 3 * self.points
-        freedom = max(3 * state.seen - unknowns, 1.0)
-        independent = freedom / _long_run(state.correlation)
-        held = certify(self.demand, parts, state.cost / freedom, independent, state.gap, UNITS)
-        if state.recent < 0.3:
-            return held
-        wild = "most of the last moments do not fit."
-        return replace(held, holds=False, missing=(*held.missing, wild))
+        """Whether camera and points are known well enough."""
+        belief = self.belief(state)
+        if not belief.begun:
+            return belief.certificate({})
+        G = theta_of(state).world_slope()
+        tips = G[6:].reshape(self.points, 3, -1)
+        known = {"rotation": Slopes(G[None, :3], "rad"), "camera": Slopes(G[None, 3:6], "m")}
+        return belief.certificate(known | {"tip": Slopes(tips, "m")})
 
-    def _absorb(self, state: HandEyeBelief, sample: StereoPoints) -> HandEyeBelief:
+    def _learn(self, state: HandEyeBelief, sample: StereoPoints) -> tuple[HandEyeBelief, PointInfo]:
+        if state.flushed:
+            return self._absorb(state, sample)
+        state = replace(state, waiting=(*state.waiting, sample))
+        idle = PointInfo(int(np.isfinite(sample.pixels).all(axis=1).sum()), 0)
+        if len(state.waiting) % self.every:
+            return state, idle
+        return self._fit_waiting(state), idle
+
+    def _absorb(
+        self, state: HandEyeBelief, sample: StereoPoints
+    ) -> tuple[HandEyeBelief, PointInfo]:
         """One moment into the sums, if it lies within the gate."""
         theta, pixels = theta_of(state), sample.pixels[None]
         T = np.ascontiguousarray(sample.T_world_hand)[None]
@@ -174,17 +191,18 @@ class HandEyePoints:
             recent=state.recent + (share - state.recent) / 30,
         )
         wait = min(max(self.every * self.points, 0.01 * state.seen), 30 * self.points)
+        info = PointInfo(int(np.sum(seen)), int(np.sum(keep)))
         if after.memory.count - state.seen < wait:
-            return after
+            return after, info
         if state.prior is None and after.memory.count > SEARCH_AGAIN * state.searched:
             after = search_all(after, after.memory)
-        return settle(after, after.memory, theta_of(after))
+        return settle(after, after.memory, theta_of(after)), info
 
     def _fit_waiting(self, state: HandEyeBelief) -> HandEyeBelief:
         """Fit the buffer; when it is full and the answer has no rival, empty it into the sums."""
         fitted, memory = BurnIn(state, self.stereo, self.gate).fit(state)
         # A wrong answer must not become the gate's measure; doubt earns four times the patience.
-        doubtful = fitted.gap < self.demand.gap and len(state.waiting) < 4 * self.buffer
+        doubtful = fitted.gap < self.tolerance.gap and len(state.waiting) < 4 * self.buffer
         if memory is None or len(state.waiting) < self.buffer or doubtful:
             return fitted
         return replace(fitted, memory=memory, waiting=(), flushed=True)

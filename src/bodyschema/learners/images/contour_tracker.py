@@ -31,6 +31,7 @@ from bodyschema.learners.images.markerless import Markerless, learn_colours
 from bodyschema.learners.images.markerless_fit import is_lost
 from bodyschema.learners.images.rim_fit import RimModel
 from bodyschema.learners.images.rim_information import design_effect, without
+from bodyschema.learners.learner import in_turn
 from bodyschema.learners.published.resampling import effective_size
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import free_joints
@@ -110,7 +111,13 @@ class ContourTracker:
         model = RimModel.of(self.surface, body, free, (), self.doubts)
         return TrackState(model, (), True)
 
-    def step(self, state: TrackState, seen: Images) -> tuple[TrackState, TrackInfo]:
+    def step(
+        self, state: TrackState, moment: tuple[Images, ...]
+    ) -> tuple[TrackState, tuple[TrackInfo, ...]]:
+        """The state after the images of one moment."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: TrackState, seen: Images) -> tuple[TrackState, TrackInfo]:
         """The state after one more picture."""
         begun = self._search(state, seen) if state.lost else state
         model, before = begun.model, begun.hypotheses

@@ -81,7 +81,7 @@ def shifted(samples: WristSamples, lag: float) -> WristSamples:
 def _misfit(samples: WristSamples, learner: LoadLearner, averaging: Averaging) -> float:
     """L of one trial."""
     means = averaging.means(samples)
-    belief = learner.step(learner.start(), means)
+    belief, _ = learner.step(learner.start(), (means,))
     if belief.solution is None:
         return np.inf
     return float(len(means) * np.sum(np.log(belief.solution.levels.variance)))

@@ -3,32 +3,53 @@
 A belief is the sums of all samples (`sums`), the most likely parameters (`fit`), and what was
 believed before them. After each sample the fit goes on from where it was; nothing grows with time.
 The belief certifies itself when the 99 % bounds of mass and centre of mass are within what was
-asked for, and the residuals look like what the noise explains.
+asked for.
+
+Round it, a `Monitor` notices that the load changed, forgets the load alone - rotation and bias of
+the sensor stay, with their doubt, so the next load is known soon - and names the change when the
+new load is known (`load_change`). Innovations are honest from the first sample on: noise that
+remembers counts at its long-run size, and levels of few samples at more than they say.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.estimation.certificate import REACH
-from bodyschema.estimation.loads import com_covariance
+from bodyschema import lie
+from bodyschema.estimation.belief import (
+    GaussianBelief,
+    Slopes,
+    WhiteInnovation,
+    forget,
+    inverse,
+)
+from bodyschema.estimation.certificate import Certificate, Tolerance
+from bodyschema.estimation.loads import com_slope
+from bodyschema.estimation.stream_noise import StreamNoise
+from bodyschema.learners.learner import MonitoredLearner, Pace, in_turn
 from bodyschema.learners.payload.chart import SHARED, USUAL, USUAL_STD, Guess, Prior, wide_prior
 from bodyschema.learners.payload.fit import Solution, solve
+from bodyschema.learners.payload.load_change import load_change
 from bodyschema.learners.payload.noise_levels import Levels, Segment
 from bodyschema.learners.payload.sums import Sums, unknowns
 from bodyschema.model.inertia import Inertia
 from bodyschema.senses.wrench_means import WrenchMeans
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 COLD = 12
 """Samples of a fresh belief that are solved without trust in the solution before."""
 
-MASS_REACH = 2.58
-"""Of a normal number's standard deviation: 99 % lie within."""
+LOAD = np.arange(SHARED, SHARED + 10)
+"""Places of the load's parameters phi behind rotation and bias."""
+
+QUIET = StreamNoise(outliers=0.0)
+"""Levels are measured by the learner, and hardly a mean is an outlier."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +62,8 @@ class LoadBelief:
     """None before the first sample."""
     noise: Levels | None = None
     """Believed before the samples tell."""
+    tool: Inertia | None = None
+    """The lightest load that was forgotten, or the one that was declared."""
 
     @property
     def load(self) -> Inertia | None:
@@ -49,21 +72,8 @@ class LoadBelief:
 
 
 @dataclass(frozen=True)
-class LoadCertificate:
-    """Whether the load is known as well as was asked for."""
-
-    holds: bool
-    mass_bound: float
-    """kg, two standard deviations."""
-    com_bound: float
-    """m, 99 % in the worst direction."""
-    missing: tuple[str, ...]
-    """One sentence for each thing that is missing."""
-
-
-@dataclass(frozen=True)
-class LoadLearner:
-    """Settings."""
+class LoadLearner(MonitoredLearner[LoadBelief, WrenchMeans, tuple[Solution, ...]]):
+    """Settings; watch it with a `Monitor`."""
 
     turn_std: float = float(np.radians(5))
     """rad: how wrong the sensor's mounting may be about each axis; inf if nobody knows it."""
@@ -77,68 +87,106 @@ class LoadLearner:
     """m: the wanted 99 % bound."""
     R_mount_sensor: Array = field(default_factory=lambda: np.eye(3))
     """(3, 3), as believed."""
+    tool: Inertia | None = None
+    """What hangs on the sensor when nothing is held, if it is known."""
+
+    @property
+    def blocks(self) -> Mapping[str, Ints]:
+        """The load; the sensor is screwed on."""
+        return {"load": LOAD}
+
+    @property
+    def pace(self) -> Pace:
+        """Of some seven means a second."""
+        return Pace(rate=7.5, wait=8, settle=4, look=1, early=True)
 
     def start(self) -> LoadBelief:
         """Nothing seen yet."""
         bias = np.repeat([self.force_bias_std, self.torque_bias_std], 3)
-        return LoadBelief(wide_prior(1, self.R_mount_sensor, min(self.turn_std, 10.0), bias))
+        prior = wide_prior(1, self.R_mount_sensor, min(self.turn_std, 10.0), bias)
+        return LoadBelief(prior, tool=self.tool)
 
-    def step(self, belief: LoadBelief, means: WrenchMeans) -> LoadBelief:
-        """The belief after one sample, or after several in order of time."""
+    def step(
+        self, state: LoadBelief, moment: tuple[WrenchMeans, ...]
+    ) -> tuple[LoadBelief, tuple[Solution, ...]]:
+        """Learn from one sample, or from several in order of time."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, belief: LoadBelief, means: WrenchMeans) -> tuple[LoadBelief, Solution]:
         sums = belief.sums.add(means)
         noise = belief.noise or Levels(means.std**2, np.full(6, means.memory), means.faith)
         warm = belief.solution is not None and belief.sums.count >= COLD
         start = belief.solution.guess if warm and belief.solution is not None else None
         rounds = 1 if warm and len(means) == 1 else 6
         solution = solve([Segment(sums, (0,))], belief.prior, start, noise, rounds)
-        return replace(belief, sums=sums, solution=solution, noise=noise)
+        return replace(belief, sums=sums, solution=solution, noise=noise), solution
 
-    def innovation(self, belief: LoadBelief, mean: WrenchMeans) -> tuple[Array, Array]:
-        """Seen less predicted (6,) of one sample, and its covariance (6, 6).
-
-        Raises:
-            ValueError: the belief has seen nothing.
-        """
-        if belief.solution is None:
-            raise ValueError("a belief without a sample predicts nothing; take a step first.")
-        guess, row = belief.solution.guess, mean.rows[0]
-        e = np.einsum("ip,ip->i", row, unknowns(guess.R, guess.phi[0], guess.bias))
-        J = _row_slope(guess, row)
+    def innovation(self, state: LoadBelief, moment: tuple[WrenchMeans, ...]) -> WhiteInnovation:
+        """Means against what the belief predicts; force and torque are sources of their own."""
+        solution = _solved(state)
+        guess, levels = solution.guess, solution.levels
         # Levels measured on few samples may be far too low.
-        few = 1 + 4 * np.sqrt(2 / (3 * max(belief.sums.count, 1)))
-        noise = np.diag(few * belief.solution.levels.variance)
-        return e, J @ belief.solution.covariance @ J.T + noise
+        few = 1 + 4 * np.sqrt(2 / (3 * max(state.sums.count, 1)))
+        root = np.sqrt((few + levels.tau - 1) * levels.variance)
+        z = unknowns(guess.R, guess.phi[0], guess.bias)
+        rows = np.concatenate([means.rows for means in moment])
+        e = np.einsum("nip,ip->ni", rows, z) / root
+        # Residuals vanish at the truth, so they fall with the variables.
+        J = np.array([-_row_slope(guess, row) / root[:, None] for row in rows])
+        source = np.repeat(np.arange(2 * len(rows)), 3)
+        return WhiteInnovation(e.ravel(), J.reshape(-1, J.shape[2]), source)
 
-    def forget_load(self, belief: LoadBelief) -> LoadBelief:
+    def belief(self, state: LoadBelief) -> GaussianBelief:
+        """Of rotation, bias and phi."""
+        if state.solution is None or state.load is None:
+            return GaussianBelief(np.eye(SHARED + 10), begun=False)
+        tolerance = Tolerance(
+            {"mass": self.mass_share * state.load.mass, "centre of mass": self.com}
+        )
+        return GaussianBelief(state.solution.covariance, tolerance, QUIET)
+
+    def certificate(self, state: LoadBelief) -> Certificate:
+        """Whether mass and centre of mass are known well enough."""
+        belief, load = self.belief(state), state.load
+        if load is None:
+            return belief.certificate({})
+        J = np.zeros((1, 4, SHARED + 10))
+        J[0, 0, SHARED] = 1.0
+        J[0, 1:, SHARED : SHARED + 4] = com_slope(load)
+        return belief.certificate(
+            {"mass": Slopes(J[:, :1], "kg"), "centre of mass": Slopes(J[:, 1:], "m")}
+        )
+
+    def forget(self, state: LoadBelief, block: str) -> LoadBelief:
         """A fresh start that keeps what is known of the sensor and of its noise."""
-        if belief.solution is None:
-            return self.start()
-        guess = replace(belief.solution.guess, eta=USUAL[None])
-        known = belief.solution.covariance[:SHARED, :SHARED]
-        information = np.zeros((SHARED + 10, SHARED + 10))
-        information[:SHARED, :SHARED] = np.linalg.inv(known)
-        information[SHARED:, SHARED:] = np.diag(1 / USUAL_STD**2)
-        return LoadBelief(Prior(guess, information), noise=belief.solution.levels)
+        solution, load, tool = _solved(state), state.load, state.tool
+        known, guess = inverse(solution.covariance), solution.guess
+        if block:
+            known, guess = forget(known, LOAD, USUAL_STD**-2), replace(guess, eta=USUAL[None])
+        else:
+            T = np.eye(SHARED + 10)
+            T[SHARED:, SHARED:] = guess.loads_and_slopes()[1][0]
+            known = T.T @ known @ T
+        if self.tool is None and load is not None and (tool is None or load.mass < tool.mass):
+            tool = load
+        return LoadBelief(Prior(guess, known), noise=solution.levels, tool=tool)
 
-    def certificate(self, belief: LoadBelief) -> LoadCertificate:
-        """Compare the belief with what was asked for."""
-        if belief.solution is None or belief.load is None:
-            return LoadCertificate(False, np.inf, np.inf, ("nothing was felt yet.",))
-        load, P = belief.load, belief.solution.phi_covariance(0)
-        mass = MASS_REACH * float(np.sqrt(P[0, 0]))
-        com = float(REACH * np.sqrt(np.linalg.eigvalsh(com_covariance(load, P))[-1]))
-        missing = []
-        if mass > self.mass_share * load.mass:
-            missing.append(
-                f"mass is known to {100 * mass / load.mass:.2g} %, wanted "
-                f"{100 * self.mass_share:.2g} %."
-            )
-        if com > self.com:
-            missing.append(
-                f"the centre of mass is known to {1e3 * com:.2g} mm, wanted "
-                f"{1e3 * self.com:.2g} mm."
-            )
-        return LoadCertificate(not missing, mass, com, tuple(missing))
+    def difference(self, state: LoadBelief, earlier: LoadBelief) -> Array:
+        """(19,) the step of rotation, bias and phi."""
+        new, old = _solved(state).guess, _solved(earlier).guess
+        turn = lie.log_so3(new.R @ old.R.T)
+        return np.concatenate([turn, new.bias - old.bias, new.phi[0] - old.phi[0]])
+
+    def change(self, before: LoadBelief, after: LoadBelief) -> str:
+        """Grasp, release, swap, shift, or the same load."""
+        return load_change(_solved(before), _solved(after), after.tool)
+
+
+def _solved(state: LoadBelief) -> Solution:
+    """The solution, once something was felt."""
+    if state.solution is None:
+        raise ValueError("a belief without a sample predicts nothing; take a step first.")
+    return state.solution
 
 
 def _row_slope(guess: Guess, row: Array) -> Array:

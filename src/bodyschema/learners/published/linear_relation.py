@@ -29,6 +29,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.learners.learner import in_turn
 from bodyschema.lie import nearest_rotation
 from bodyschema.model.kernels import kernel
 
@@ -137,8 +138,11 @@ class PaperRelation:
         """Nothing seen yet."""
         return Relation(Moments.empty(self.unknowns))
 
-    def step(self, state: Relation, A: Array) -> tuple[Relation, Look]:
-        """The state after the rows (M, N) of one sample."""
+    def step(self, state: Relation, moment: tuple[Array, ...]) -> tuple[Relation, tuple[Look, ...]]:
+        """The state after the rows (M, N) of one moment."""
+        return in_turn(self._look, state, moment)
+
+    def _look(self, state: Relation, A: Array) -> tuple[Relation, Look]:
         if state.x is None:
             return self._identify(state, A)
         return self._observe(state, state.x, A)

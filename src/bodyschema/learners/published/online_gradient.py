@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.errors import InputError, did_you_mean
+from bodyschema.learners.learner import Moment, in_turn
 from bodyschema.learners.published.gradient_step import descend_through
 from bodyschema.learners.skeletons.samples import SkeletonSamples
 from bodyschema.model.kernels import AXIS, LINK
@@ -115,7 +116,11 @@ class OnlineGradient:
         length = typical_link(skeleton) if self.length is None else self.length
         return Guess(body, skeleton, zero_rotations(body), turns, moves, length)
 
-    def step(self, state: Guess, sample: Sense) -> tuple[Guess, Miss]:
+    def step(self, state: Guess, moment: Moment) -> tuple[Guess, tuple[Miss, ...]]:
+        """Learn from one moment."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: Guess, sample: Sense) -> tuple[Guess, Miss]:
         """Learn from one sample (a batch of one)."""
         after, residual = self.descend(state, SkeletonSamples.of(sample, state.reference, state.R0))
         a = state.reference.frame_index(sample.seen_from)

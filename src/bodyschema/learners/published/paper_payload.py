@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.learners.learner import in_turn
 from bodyschema.learners.published.linear_relation import Direction, Moments, PaperRelation
 
 Array = NDArray[np.float64]
@@ -49,8 +50,13 @@ class PaperPayload:
         """Nothing seen yet."""
         return PaperLoad(Moments.empty(UNKNOWNS))
 
-    def step(self, state: PaperLoad, A: Array) -> tuple[PaperLoad, Direction | None]:
-        """The state after the rows (6, 5) of one sample, and the direction if it was looked at."""
+    def step(
+        self, state: PaperLoad, moment: tuple[Array, ...]
+    ) -> tuple[PaperLoad, tuple[Direction | None, ...]]:
+        """The state after the rows (6, 5) of one moment, and the direction if it was looked at."""
+        return in_turn(self._look, state, moment)
+
+    def _look(self, state: PaperLoad, A: Array) -> tuple[PaperLoad, Direction | None]:
         moments = state.moments.add(A)
         if state.x is not None or moments.count % self.every:
             return PaperLoad(moments, state.x), None

@@ -25,6 +25,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.learners.learner import in_turn
 from bodyschema.learners.published.body_errors import BodyError, JointOffsets
 from bodyschema.learners.published.image_likelihood import Likelihood, SilhouetteLikelihood
 from bodyschema.learners.published.resampling import Resampler, effective_size, systematic
@@ -118,7 +119,13 @@ class ParticleFilter:
         beta = self.prior * rng.normal(size=(self.particles, error.size))
         return ParticleState(body, error, beta, 0)
 
-    def step(self, state: ParticleState, seen: Images) -> tuple[ParticleState, ParticleInfo]:
+    def step(
+        self, state: ParticleState, moment: tuple[Images, ...]
+    ) -> tuple[ParticleState, tuple[ParticleInfo, ...]]:
+        """The particles after the images of one moment, and the estimate."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: ParticleState, seen: Images) -> tuple[ParticleState, ParticleInfo]:
         """The particles after one more frame, and the estimate."""
         rng = np.random.default_rng([self.seed, 1 + state.frame])
         sigma = max(self.noise * self.decay**state.frame, self.floor)

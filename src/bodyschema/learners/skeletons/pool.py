@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from bodyschema.errors import InputError
 from bodyschema.learners.filter import Filter, Innovation
+from bodyschema.learners.learner import Moment, in_turn
 from bodyschema.learners.skeletons.growth import plan
 from bodyschema.learners.skeletons.hypotheses import (
     Hypotheses,
@@ -98,14 +99,18 @@ class Pool:
             )
         return PoolState(body, variables, "searching")
 
-    def step(self, state: PoolState, sample: Sense) -> tuple[PoolState, PoolInfo]:
+    def step(self, state: PoolState, moment: Moment) -> tuple[PoolState, tuple[PoolInfo, ...]]:
+        """Learn from one moment."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: PoolState, sample: Sense) -> tuple[PoolState, PoolInfo]:
         """Learn from one sighting."""
         if state.belief is None:
             return self._search(state, sample)
         if look_of(sample) not in state.looks:
             # A marker never seen before hangs on joints that may not be known.
             return self._search(_lost(state), sample)
-        belief, innovation = self.recursive.step(state.belief, sample)
+        belief, (innovation,) = self.recursive.step(state.belief, (sample,))
         after = replace(state, belief=belief, surprise=_surprise(state, innovation))
         if after.surprise > SURPRISE_BAND:
             after = _lost(after)
@@ -190,7 +195,7 @@ class Pool:
         learner = replace(self.recursive, burn_in=len(state.samples))
         empty = learner.start(state.hypothesis(pool), state.variables)
         *before, last = state.samples
-        belief, _ = learner.step(replace(empty, waiting=tuple(before)), last)
+        belief, _ = learner.step(replace(empty, waiting=tuple(before)), (last,))
         return replace(state, belief=belief, surprise=1.0)
 
     def _doubted(self, state: PoolState) -> PoolState:

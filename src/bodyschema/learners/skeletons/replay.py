@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.learners.learner import Moment, in_turn
 from bodyschema.learners.published.online_gradient import Guess, Miss, OnlineGradient
 from bodyschema.learners.skeletons.samples import SkeletonSamples
 from bodyschema.model.tree import Body
@@ -57,9 +58,13 @@ class Replay:
         """See `OnlineGradient.start`."""
         return Memory(self.gradient.start(body, variables), {})
 
-    def step(self, state: Memory, sample: Sense) -> tuple[Memory, Miss]:
+    def step(self, state: Memory, moment: Moment) -> tuple[Memory, tuple[Miss, ...]]:
+        """Learn from one moment, and again from samples that are kept."""
+        return in_turn(self._learn, state, moment)
+
+    def _learn(self, state: Memory, sample: Sense) -> tuple[Memory, Miss]:
         """Learn from one sample (a batch of one), and again from those that are kept."""
-        guess, miss = self.gradient.step(state.guess, sample)
+        guess, (miss,) = self.gradient.step(state.guess, (sample,))
         before = state.kept.get(sample.label)
         more = sample if before is None else concatenate([before, sample])
         kept = {**state.kept, sample.label: well_spread(more, self.size)}

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtrc, chdtri
 
 from bodyschema.errors import InputError
+from bodyschema.learners.learner import in_turn
 from bodyschema.learners.touch.evidence import Evidence, principal
 from bodyschema.learners.touch.onset import Smoothed, limits
 from bodyschema.learners.touch.place import Located, Place, locate
@@ -147,16 +148,13 @@ class TouchFinder:
         return Feeling(Smoothed(np.zeros(6), np.zeros((6, lasting))), Evidence.none(lasting))
 
     def step(
-        self, state: Feeling, time: float, wrench: Array, factor: Array
-    ) -> tuple[Feeling, Felt]:
-        """The state after one sample.
+        self, state: Feeling, moment: tuple[Unexplained, ...]
+    ) -> tuple[Feeling, tuple[Felt, ...]]:
+        """The state after one sample, in a batch of one."""
+        return in_turn(self._feel, state, moment)
 
-        Args:
-            state: before it.
-            time: s.
-            wrench: (6,) N, Nm: on the object, about the sensor's origin, along its axes.
-            factor: (6, k) how the errors that stay enter it, each of unit variance.
-        """
+    def _feel(self, state: Feeling, sample: Unexplained) -> tuple[Feeling, Felt]:
+        time, wrench, factor = float(sample.time[0]), sample.wrench[0], sample.factor[0]
         if not (np.isfinite(wrench).all() and np.isfinite(factor).all()):
             raise InputError(f"the wrench at {time:g} s is no finite number: {wrench}.")
         upper, lower = limits(self.false_per_hour, self.rate, self.samples)
@@ -203,8 +201,8 @@ class TouchFinder:
         """All touches of a recording; the last one may last beyond its end."""
         found = []
         state = self.start(unexplained.factor.shape[2])
-        for time, wrench, factor in unexplained.samples():
-            state, felt = self.step(state, time, wrench, factor)
+        for moment in unexplained.moments():
+            state, (felt,) = self.step(state, moment)
             if felt.event == "ends" and felt.touch is not None:
                 found.append(felt.touch)
         last = self.touch(state)

@@ -56,7 +56,7 @@ class Unexplained:
         """Some of the samples."""
         return Unexplained(self.time[rows], self.wrench[rows], self.factor[rows])
 
-    def samples(self) -> Iterator[tuple[float, Array, Array]]:
-        """Time, wrench (6,) and factor (6, k), one by one."""
-        for i, time in enumerate(self.time):
-            yield float(time), self.wrench[i], self.factor[i]
+    def moments(self) -> Iterator[tuple[Unexplained]]:
+        """The samples one by one, each a batch of one."""
+        for i in range(len(self)):
+            yield (self.take(slice(i, i + 1)),)

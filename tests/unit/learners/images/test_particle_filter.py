@@ -46,7 +46,7 @@ def test_noise_falls_to_its_floor_at_frame_18() -> None:
     learner = ParticleFilter(hand(), particles=5)
     state, noise = learner.start(BODY, icub.RIGHT_ARM), []
     for _ in range(20):
-        state, info = learner.step(state, SEEN)
+        state, (info,) = learner.step(state, (SEEN,))
         noise.append(np.rad2deg(info.noise))
     np.testing.assert_allclose(noise[:3], [4, 3.2, 2.56])
     assert noise[17] > 0.08
@@ -57,7 +57,7 @@ def test_the_choice_is_the_smoothed_maximum_before_resampling() -> None:
     """Weights from another path (scores), the kernel sum by brute force in degrees."""
     learner = ParticleFilter(hand(), particles=60, noise=0.0, floor=0.0)
     state = learner.start(BODY, icub.RIGHT_ARM)
-    _, info = learner.step(state, SEEN)
+    _, (info,) = learner.step(state, (SEEN,))
     T = state.error.piece_poses(BODY, SEEN.q, state.beta, SEEN.cameras, hand().frames)
     p = learner.likelihood(hand(), T, SEEN, 1)
     w = p / p.sum()
@@ -73,7 +73,7 @@ def test_the_choice_is_the_smoothed_maximum_before_resampling() -> None:
 def test_particles_live_on_by_their_weight() -> None:
     learner = ParticleFilter(hand(), particles=60, prior=0.3, noise=0.0, floor=0.0)
     state = learner.start(BODY, icub.RIGHT_ARM)
-    after, _ = learner.step(state, SEEN)
+    after, _ = learner.step(state, (SEEN,))
     T = state.error.piece_poses(BODY, SEEN.q, state.beta, SEEN.cameras, hand().frames)
     p = learner.likelihood(hand(), T, SEEN, 1)
     copies = (after.beta[:, None] == state.beta).all(axis=2).sum(axis=0)
@@ -100,12 +100,12 @@ def test_same_seed_same_bytes_and_the_step_changes_nothing() -> None:
     learner = ParticleFilter(hand(), particles=30, seed=5)
     state = learner.start(BODY, icub.RIGHT_ARM)
     before = state.beta.copy()
-    found = [learner.step(state, SEEN) for _ in range(2)]
-    found.append(replace(learner, threads=2).step(state, SEEN))
+    found = [learner.step(state, (SEEN,)) for _ in range(2)]
+    found.append(replace(learner, threads=2).step(state, (SEEN,)))
     np.testing.assert_array_equal(state.beta, before)
-    for other, info in found[1:]:
+    for other, (info,) in found[1:]:
         np.testing.assert_array_equal(other.beta, found[0][0].beta)
-        np.testing.assert_array_equal(info.offsets, found[0][1].offsets)
+        np.testing.assert_array_equal(info.offsets, found[0][1][0].offsets)
     other = replace(learner, seed=6).start(BODY, icub.RIGHT_ARM)
     assert not np.array_equal(other.beta, before)
 
@@ -115,7 +115,7 @@ def test_a_hand_that_no_particle_shows_tells_nothing() -> None:
     corner[0, 0] = True
     seen = replace(SEEN, pictures=(corner, corner))
     learner = ParticleFilter(hand(), particles=15, prior=0.01, noise=0.01)
-    _, info = learner.step(learner.start(BODY, icub.RIGHT_ARM), seen)
+    _, (info,) = learner.step(learner.start(BODY, icub.RIGHT_ARM), (seen,))
     assert info.effective_size == pytest.approx(15)
     assert info.likelihood == 0
     assert np.isfinite(info.offsets).all()
@@ -130,7 +130,7 @@ def test_the_hand_is_found_within_a_third_of_what_it_was_off() -> None:
         learner = ParticleFilter(hand(), seed=seed)
         state = learner.start(BODY, icub.RIGHT_ARM)
         for frame in frames:
-            state, info = learner.step(state, frame)
+            state, (info,) = learner.step(state, (frame,))
         ends.append(distance(info.offsets, ways[-1]))
     without = distance(np.zeros(7), ways[-1])
     assert without > 0.03
@@ -143,7 +143,7 @@ def test_cartesian_particles_come_nearer_too() -> None:
     state = learner.start_from(BODY, CartesianError(icub.HAND))
     errors = []
     for _ in range(15):
-        state, info = learner.step(state, SEEN)
+        state, (info,) = learner.step(state, (SEEN,))
         T = state.error.hand_poses(BODY, q, info.offsets[None], icub.LEFT_EYE, icub.HAND)[0]
         true = state.error.hand_poses(
             BODY, shifted(q, BETA), np.zeros((1, 6)), icub.LEFT_EYE, icub.HAND

@@ -66,7 +66,7 @@ def test_a_small_step_is_the_gradient_of_half_the_squared_residual(seed: int) ->
     body = from_nothing(truth, variables, 1.0, rng)
     sample, epsilon, length = touch(truth, rng), 1e-7, 1.7
     learner = OnlineGradient(epsilon=epsilon, length=length)
-    state, miss = learner.step(learner.start(body, variables), sample)
+    state, (miss,) = learner.step(learner.start(body, variables), (sample,))
     assert miss.residual == pytest.approx(sample.residual(body)[0], abs=1e-13)
     old, new = Skeleton.of(body), state.skeleton
 
@@ -105,7 +105,7 @@ def test_one_segment_by_the_formula_of_the_paper() -> None:
     a_new = a + 0.05 * e @ D
     learner = OnlineGradient(epsilon=0.05, length=1.0)
     start = learner.start(body, free_joints(body, ("axes", "links")))
-    state, _ = learner.step(start, Touches.make([theta], seen, v, "base", "link_1"))
+    state, _ = learner.step(start, (Touches.make([theta], seen, v, "base", "link_1"),))
     assert state.body.placement[1, :3, 3] == pytest.approx(link + 0.05 * e, abs=1e-14)
     assert state.body.axis[1] == pytest.approx(a_new / np.linalg.norm(a_new), abs=1e-14)
 
@@ -123,7 +123,7 @@ def test_millimetres_learn_as_metres_do(rule: str) -> None:
     for _ in range(20):
         sample = touch(truth, rng, "base", "tip")
         mm = replace(sample, observed=1e3 * sample.position, touching=1e3 * sample.touching)
-        small, big = learner.step(small, sample)[0], in_mm.step(big, mm)[0]
+        small, big = learner.step(small, (sample,))[0], in_mm.step(big, (mm,))[0]
     assert big.skeleton.axes == pytest.approx(small.skeleton.axes, abs=1e-11)
     assert big.skeleton.links == pytest.approx(1e3 * small.skeleton.links, abs=1e-9)
     assert np.linalg.norm(small.skeleton.axes, axis=1) == pytest.approx(np.ones(5))
@@ -138,9 +138,9 @@ def test_the_decaying_step_is_half_after_as_many_samples_as_said() -> None:
     state = learner.start(body, tip)
     sample = Points.make([0.3, 0.4], [1.0, 2.0, 3.0], "base", "tip")
     for steps, share in ((0, 0.1), (50, 0.05), (150, 0.025)):
-        _, before = learner.step(replace(state, steps=steps), sample)
-        after, _ = learner.step(replace(state, steps=steps), sample)
-        _, left = learner.step(after, sample)
+        _, (before,) = learner.step(replace(state, steps=steps), (sample,))
+        after, _ = learner.step(replace(state, steps=steps), (sample,))
+        _, (left,) = learner.step(after, (sample,))
         assert left.distance == pytest.approx((1 - share) * before.distance)
 
 
@@ -149,13 +149,13 @@ def test_a_full_normalised_step_on_one_link_ends_the_error() -> None:
     learner = OnlineGradient(1.0, "normalised")
     state = learner.start(body, free_frame(body, "tip", turn_std=None))
     sample = Points.make([0.3, 0.4], [1.0, 2.0, 3.0], "base", "tip")
-    state, _ = learner.step(state, sample)
-    state, miss = learner.step(state, sample)
+    state, _ = learner.step(state, (sample,))
+    state, (miss,) = learner.step(state, (sample,))
     assert miss.distance < 1e-14
     # Nothing left to learn: the step 0/0 must be none.
     exact = Points.make([0.0, 0.0], relative_pose(state.body, [0.0, 0.0], "base", "tip")[:3, 3],
                         "base", "tip")  # fmt: skip
-    assert np.isfinite(learner.step(state, exact)[0].skeleton.links).all()
+    assert np.isfinite(learner.step(state, (exact,))[0].skeleton.links).all()
 
 
 def test_only_what_is_free_moves() -> None:
@@ -165,11 +165,11 @@ def test_only_what_is_free_moves() -> None:
     tool = learner.start(truth, free_frame(truth, "right", turn_std=None))
     elbow = learner.start(truth, free_joints(truth, ("axes",), ["elbow_j"]))
     sample = touch(fork(rng), rng)
-    moved, _ = learner.step(tool, sample)
+    moved, _ = learner.step(tool, (sample,))
     assert moved.body.placement[:7] == pytest.approx(truth.placement[:7], abs=1e-15)
     assert np.abs(moved.body.placement[7] - truth.placement[7]).max() > 1e-3
     assert moved.body.axis == pytest.approx(truth.axis, abs=1e-15)
-    turned, _ = learner.step(elbow, sample)
+    turned, _ = learner.step(elbow, (sample,))
     assert turned.body.placement == pytest.approx(truth.placement, abs=1e-15)
     changed = np.linalg.norm(turned.body.axis - truth.axis, axis=1) > 1e-3
     assert changed.tolist() == [frame == "elbow" for frame in truth.frames]
@@ -183,7 +183,7 @@ def test_the_state_does_not_grow_and_senses_may_alternate() -> None:
     pairs = [("left", "right"), ("root", "left"), ("right", "arm"), ("elbow", "slide")]
     sizes: list[int] = []
     for i in range(40):
-        state, _ = learner.step(state, touch(truth, rng, *pairs[i % 4]))
+        state, _ = learner.step(state, (touch(truth, rng, *pairs[i % 4]),))
         sizes.append(len(pickle.dumps(state)))
     assert max(sizes[1:]) - sizes[1] <= 2
     assert state.steps == 40
@@ -228,9 +228,9 @@ def test_refusals_that_say_what_to_do() -> None:
     state = learner.start(body, everything(body))
     pose = Poses.make([[0.0, 0.0]], np.eye(4)[None], "base", "tip")
     with pytest.raises(InputError, match="from Points and Touches, got Poses"):
-        learner.step(state, pose)
+        learner.step(state, (pose,))
     with pytest.raises(InputError, match=r"q with 2 columns \(joint_1, joint_2\), got 3"):
-        learner.step(state, Points.make([0.0] * 3, [0.0] * 3, "base", "tip"))
+        learner.step(state, (Points.make([0.0] * 3, [0.0] * 3, "base", "tip"),))
     with pytest.raises(InputError, match="no step rule 'normal'"):
         OnlineGradient(rule="normal")  # type: ignore[arg-type]
     for wrong in ({"epsilon": -1.0}, {"half_after": 0.0}, {"length": 0.0}):

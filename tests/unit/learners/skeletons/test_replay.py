@@ -40,7 +40,7 @@ def test_each_sense_has_a_memory_of_its_own_and_none_grows() -> None:
     state = learner.start(body, free_joints(body, ("axes", "links")))
     for i in range(12):
         sample = seen_at(rng.normal(size=(1, 3)), ("link_2", "tip")[i % 2])
-        state, _ = learner.step(state, sample)
+        state, _ = learner.step(state, (sample,))
     assert [len(samples) for samples in state.kept.values()] == [5, 5]
 
 

@@ -87,12 +87,12 @@ def test_one_wild_sample_is_no_touch():
 def test_the_state_keeps_its_size_and_the_one_before_is_not_changed():
     found = stream(np.random.default_rng(5))
     state = FINDER.start(6)
-    for k, (time, wrench, factor) in enumerate(found.samples()):
+    for k, moment in enumerate(found.moments()):
         before = state.evidence.scatter.copy(), state.smoothed.wrench.copy()
-        after, _ = FINDER.step(state, time, wrench, factor)
+        after, _ = FINDER.step(state, moment)
         assert (state.evidence.scatter == before[0]).all()
         assert (state.smoothed.wrench == before[1]).all()
-        again, _ = FINDER.step(state, time, wrench, factor)
+        again, _ = FINDER.step(state, moment)
         assert (again.evidence.scatter == after.evidence.scatter).all()
         assert after.evidence.scatter.shape == (6, 6)
         state = after
@@ -103,8 +103,8 @@ def test_the_state_keeps_its_size_and_the_one_before_is_not_changed():
 def test_news_come_at_the_beginning_between_and_at_the_end():
     found = stream(np.random.default_rng(6))
     state, news = FINDER.start(6), []
-    for time, wrench, factor in found.samples():
-        state, felt = FINDER.step(state, time, wrench, factor)
+    for moment in found.moments():
+        state, (felt,) = FINDER.step(state, moment)
         if felt.touch is not None:
             news.append(felt.event)
     assert news[0] == "begins"
@@ -119,7 +119,10 @@ def test_news_come_at_the_beginning_between_and_at_the_end():
         lambda: TouchFinder(np.eye(5)),
         lambda: TouchFinder(np.eye(6), rate=0.0),
         lambda: TouchFinder(np.eye(6), samples=6),
-        lambda: FINDER.step(FINDER.start(), 0.0, np.full(6, np.nan), np.zeros((6, 0))),
+        lambda: FINDER.step(
+            FINDER.start(),
+            (Unexplained(np.zeros(1), np.full((1, 6), np.nan), np.zeros((1, 6, 0))),),
+        ),
     ],
 )
 def test_bad_input_is_refused(make):

@@ -1,4 +1,4 @@
-"""Change tests and the machine: stated false alarms, delays, the right part blamed."""
+"""Change tests and the monitor: stated false alarms, delays, the right part blamed."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from bodyschema.estimation.belief import GaussianBelief, WhiteInnovation
+from bodyschema.estimation.stream_noise import StreamNoise
 from bodyschema.learners.hand_eye.point_memory import PointMemory
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.hand_eye.stereo_points import StereoPoints
-from bodyschema.learners.watchable import Doubt, WhiteInnovation
 from bodyschema.monitoring.block_ratio import BlockRatio, Window, noticeable, ratio
 from bodyschema.monitoring.cusum import Cusum, Sums
 from bodyschema.monitoring.excitation import missing_motion, turning
-from bodyschema.monitoring.machine import Machine
+from bodyschema.monitoring.monitor import Monitor
 from bodyschema.monitoring.whitening import prepare
 from bodyschema.simulation.katana import Noise, project_points, stereo
 from watched import errors, seen
@@ -21,13 +22,13 @@ from watched import errors, seen
 LEARNER = HandEyePoints(stereo())
 
 
-def watch(scene_now, stream, noise_of, machine, state, first, last):
+def watch(scene_now, stream, noise_of, monitor, state, first, last):
     """Feed part of a stream whose scene may have changed; the state and all events."""
     events = []
     for i in range(first, last):
         clean = project_points(scene_now, stream.T_world_hand[i : i + 1], stereo())[0]
         moment = StereoPoints(i / 30, stream.T_world_hand[i], clean + noise_of[i])
-        state, report = machine.step(state, moment)
+        state, report = monitor.step(state, (moment,))
         if report.event:
             events.append((i, report.event, report.block))
     return state, events
@@ -35,14 +36,14 @@ def watch(scene_now, stream, noise_of, machine, state, first, last):
 
 @pytest.fixture(scope="module", params=[0, 1])
 def known(request):
-    """A machine that has identified, and what it takes to go on."""
+    """A monitor that has identified, and what it takes to go on."""
     scene, stream = seen(400 + request.param, 60)
     noise = stream.pixels - project_points(scene, stream.T_world_hand, stereo())
-    machine = Machine(LEARNER)
-    state, events = watch(scene, stream, noise, machine, machine.start(), 0, 750)
+    monitor = Monitor(LEARNER)
+    state, events = watch(scene, stream, noise, monitor, monitor.start(), 0, 750)
     assert [event for _, event, _ in events] == ["identified"]
     assert state.mode == "observe"
-    return scene, stream, noise, machine, state
+    return scene, stream, noise, monitor, state
 
 
 def test_a_certified_answer_is_true(known):
@@ -52,12 +53,12 @@ def test_a_certified_answer_is_true(known):
 
 @pytest.mark.parametrize("block", ["tool", "camera"])
 def test_a_change_is_noticed_blamed_and_learned_again(known, block):
-    scene, stream, noise, machine, state = known
+    scene, stream, noise, monitor, state = known
     if block == "tool":
         now = scene.rod_moved(np.array([0.03, -0.03, 0.0]))
     else:
         now = scene.head_moved(np.array([0.0, 0.1, 0.0]), np.array([0.04, 0.05, 0.0]))
-    state, events = watch(now, stream, noise, machine, state, 750, 1290)
+    state, events = watch(now, stream, noise, monitor, state, 750, 1290)
     assert [event for _, event, _ in events[:3]] == ["alarm", "changed", "identified"]
     assert events[0][0] - 750 <= 5
     assert events[1][2] == block
@@ -65,42 +66,42 @@ def test_a_change_is_noticed_blamed_and_learned_again(known, block):
 
 
 def test_a_two_millimetre_slip_is_noticed_within_two_seconds(known):
-    scene, stream, noise, machine, state = known
+    scene, stream, noise, monitor, state = known
     now = scene.rod_moved(np.array([0.0, 0.0014, 0.0014]))
-    _, events = watch(now, stream, noise, machine, state, 750, 960)
+    _, events = watch(now, stream, noise, monitor, state, 750, 960)
     assert events[0][1] == "alarm"
     assert events[0][0] - 750 <= 60
 
 
-def test_a_burst_of_wild_samples_is_a_scare_not_a_change(known):
-    scene, stream, noise, machine, state = known
+def test_a_burst_of_outliers_is_a_scare_not_a_change(known):
+    scene, stream, noise, monitor, state = known
     burst = noise.copy()
     burst[750:756] += 80 * np.random.default_rng(0).normal(size=(6, 1, 3))
-    state, events = watch(scene, stream, burst, machine, state, 750, 900)
+    state, events = watch(scene, stream, burst, monitor, state, 750, 900)
     assert [event for _, event, _ in events] == ["alarm", "dismissed"]
     assert state.mode == "observe"
 
 
-def test_wild_samples_now_and_then_raise_no_alarm():
+def test_outliers_now_and_then_raise_no_alarm():
     scene, stream = seen(410, 60, wrong=Noise(wild=0.02))
-    machine = Machine(LEARNER)
-    state, events = machine.start(), []
+    monitor = Monitor(LEARNER)
+    state, events = monitor.start(), []
     for i in range(len(stream)):
-        state, report = machine.step(state, stream.sample(i))
+        state, report = monitor.step(state, (stream.sample(i),))
         events += [report.event] if report.event else []
     assert events == ["identified"]
     assert (np.array(errors(state.belief.theta, scene)) < [0.2, 5, 2]).all()
 
 
 def test_without_motion_the_machine_says_that_it_would_notice_little(known):
-    _, stream, noise, machine, moving = known
+    _, stream, noise, monitor, moving = known
     still = moving
     clean = stream.pixels[749] - noise[749]
     for i in range(90):
         moment = StereoPoints(25 + i / 30, stream.T_world_hand[749], clean + noise[i])
-        still, report = machine.step(still, moment)
+        still, report = monitor.step(still, (moment,))
         assert not report.event
-    seeing, blind = machine.vigilance(moving), machine.vigilance(still)
+    seeing, blind = monitor.vigilance(moving), monitor.vigilance(still)
     assert seeing["tool"] < 0.01
     assert blind["camera"] > 100 * seeing["camera"]
 
@@ -139,7 +140,7 @@ def test_the_ratio_is_chi_square_with_the_beliefs_own_error_in_it():
 
 def test_the_ratio_names_the_block_and_moves_with_the_belief():
     rng = np.random.default_rng(3)
-    test = BlockRatio(1e6, {"a": np.array([0, 1]), "b": np.array([2, 3])})
+    test = BlockRatio(1e6, {"a": np.array([0, 1]), "b": np.array([2, 3])}, {"a": 1.0, "b": 1.0})
     window, P, blame = Window.empty(4), 1e-4 * np.eye(4), ""
     change = np.array([0.0, 0.0, 2.0, 0.0])
     for _ in range(60):
@@ -158,12 +159,12 @@ def test_the_ratio_names_the_block_and_moves_with_the_belief():
 
 def test_correlated_innovations_are_made_white():
     rng = np.random.default_rng(4)
-    doubt = Doubt(np.zeros((1, 1)), 0.9, 1.0, 0.01)
+    belief = GaussianBelief(np.zeros((1, 1)), noise=StreamNoise(product=0.9))
     e, before, white = rng.normal(size=3), None, []
     source, J = np.zeros(3, dtype=np.int64), np.zeros((3, 1))
     for _ in range(4000):
         e = 0.9 * e + np.sqrt(1 - 0.81) * rng.normal(size=3)
-        tested = prepare(WhiteInnovation(e, J, source), before, doubt)
+        tested = prepare(WhiteInnovation(e, J, source), before, belief)
         before = tested.kept
         if len(tested.e):
             white.append(tested.e)
