@@ -90,6 +90,20 @@ def test_a_change_is_not_dismissed_before_it_had_time_to_show() -> None:
     assert events[0][1:] == ("changed", "b")
 
 
+def test_a_change_in_noise_that_remembers_is_not_dismissed_for_what_was_before() -> None:
+    """Moments that waited are tried too, but calm is counted from the alarm on."""
+    learner = Linear({"a": [0], "b": [1]}, bound=0.25, prior=3.0, correlation=0.9)
+    monitor = Monitor(learner, 1e6)
+    for seed in range(6):
+        stream = Stream(learner, np.zeros(2), seed)
+        state = certified(monitor, stream)
+        state, _ = follow(monitor, state, [stream.draw() for _ in range(80)])
+        stream.x[0] += 3.0
+        _, events = follow(monitor, state, [stream.draw() for _ in range(60)])
+        assert [event for _, event, _ in events[:2]] == ["alarm", "changed"]
+        assert named(events) == ["a"]
+
+
 def test_two_parts_at_once_are_not_one() -> None:
     learner = Linear(APART, bound=0.1)
     monitor = Monitor(learner)

@@ -59,6 +59,17 @@ def test_a_moved_joint_is_found_and_suspected_through_outliers(joint: int) -> No
     assert suspect.change[0] == pytest.approx(np.deg2rad(3.0), rel=0.15)
 
 
+def test_a_large_change_is_not_taken_for_outliers() -> None:
+    truth, estimate, rng = calibrated(4, 60)
+    T = truth.placement[truth.frame_index("hand")].copy()
+    T[:3, 3] += [0.08, 0.0, 0.0]
+    q = rng.uniform(-1.5, 1.5, (30, 4))
+    new = record(truth.with_placement("hand", T), q, rng.normal(size=(30, 6)))
+    answer = detect_change(estimate, [new])
+    assert answer.suspects[0].part == "hand"
+    assert np.linalg.norm(answer.suspects[0].change[:3]) == pytest.approx(0.08, rel=0.02)
+
+
 def moving(n: int, rng: np.random.Generator) -> Array:
     """A smooth motion at 30 samples a second, (n, 4)."""
     t, turns = np.arange(n)[:, None] / 30, rng.uniform(0.15, 0.5, (1, 4))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from bodyschema.estimation.belief import forget
 from bodyschema.estimation.certificate import Tolerance, bound, certify
 from bodyschema.estimation.stream_noise import StreamNoise, measured
 from bodyschema.learners.filter import Filter
@@ -124,6 +125,32 @@ def test_a_forgotten_part_leaves_the_rest_as_uncertain_as_it_was() -> None:
     told = np.linalg.inv(prior.information[np.ix_(rest, rest)])
     assert told == pytest.approx(state.covariance[np.ix_(rest, rest)], rel=1e-6)
     assert not prior.information[6:].any()
+
+
+def test_what_was_known_pulls_in_what_a_belief_costs() -> None:
+    learner = HandEyePoints(stereo())
+    state = learned(learner, seen(4, 15)[1])
+    fresh = learner.forget(state, "tool")
+    for i in range(15):
+        fresh, _ = learner.step(fresh, (seen(4, 15)[1].sample(i),))
+    assert fresh.theta is not None
+    away = np.array([0, 0, 0, 5e-3, 0, 0, 0, 0, 0])
+    moved = replace(fresh, theta=fresh.theta.move(away))
+    pull = away @ fresh.prior.information @ away
+    assert pull > 10
+    assert learner.belief(moved).cost == pytest.approx(learner.belief(fresh).cost + pull, rel=0.3)
+
+
+def test_forgetting_leaves_the_marginal_of_the_rest() -> None:
+    rng = np.random.default_rng(5)
+    A = rng.normal(size=(20, 6))
+    L, block, rest = A.T @ A, np.array([1, 4]), np.array([0, 2, 3, 5])
+    after = np.linalg.inv(forget(L, block, np.array([4.0, 9.0])))
+    before = np.linalg.inv(L)
+    assert after[np.ix_(rest, rest)] == pytest.approx(before[np.ix_(rest, rest)])
+    assert after[np.ix_(block, block)] == pytest.approx(np.diag([0.25, 1 / 9]))
+    assert after[np.ix_(rest, block)] == pytest.approx(0)
+    assert not forget(L, block)[block].any()
 
 
 def test_a_forgotten_part_does_not_forgive_the_others() -> None:

@@ -71,6 +71,9 @@ class Pace:
     margin: float = 30.0
     """By how much, in units of chi-square, one block must explain better than any other to be
     named."""
+    ratios: bool = True
+    """Whether ratios over windows of moments are tested beside the sums: they want innovations that
+    are white, or can be whitened, in time."""
     early: bool = False
     """Whether moments are tested while the belief is being identified: only if its innovations are
     honest from the first moments on."""

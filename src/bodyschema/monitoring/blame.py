@@ -28,6 +28,7 @@ import numpy as np
 from bodyschema.estimation.belief import WhiteInnovation
 from bodyschema.learners.learner import MonitoredLearner
 from bodyschema.monitoring.block_ratio import limit, ratio
+from bodyschema.monitoring.whitening import in_time
 
 State = TypeVar("State")
 Sample = TypeVar("Sample")
@@ -58,7 +59,9 @@ class Trials(Generic[State]):
     moments: int = 0
     """Since these trials began."""
     total: int = 0
-    """Since the alarm."""
+    """Since the alarm, those that waited included."""
+    waited: int = 0
+    """Of the moments since these trials began: seen before the alarm."""
     leader: str = NOTHING
     """The hypothesis with the lowest I when they were compared last."""
 
@@ -84,7 +87,9 @@ def dated(learner: MonitoredLearner[State, Sample, Any], base: State, seen: Seen
     P, k = belief.doubt, len(belief.covariance)
     s, H = np.zeros(k), np.zeros((k, k))
     best, at = 0.0, 1
-    for n, white in enumerate(reversed(seen), 1):
+    for n in range(1, len(seen) + 1):
+        before = seen[-n - 1] if n < len(seen) else None
+        white = in_time(seen[-n], before, belief.noise.correlation)
         S = np.eye(len(white.e)) * belief.level + white.J @ P @ white.J.T
         size = float(np.sqrt(white.e @ np.linalg.solve(S, white.e)))
         s += white.J.T @ white.e * min(1.0, CLIP / max(size, CLIP)) / belief.level
@@ -95,10 +100,17 @@ def dated(learner: MonitoredLearner[State, Sample, Any], base: State, seen: Seen
     return at
 
 
-def begin(learner: MonitoredLearner[State, Sample, Any], base: State) -> Trials[State]:
-    """Trials from the belief before the alarm."""
+def begin(
+    learner: MonitoredLearner[State, Sample, Any],
+    base: State,
+    since: Sequence[tuple[Sample, ...]] = (),
+) -> Trials[State]:
+    """Trials from the belief before the alarm; they have seen the moments since the change."""
     names = [*learner.blocks, NOTHING]
-    return Trials(base, {name: learner.forget(base, name) for name in names})
+    trials = Trials(base, {name: learner.forget(base, name) for name in names})
+    for moment in since:
+        trials = weigh(learner, trials, moment)[0]
+    return replace(trials, waited=trials.moments)
 
 
 def weigh(
@@ -112,7 +124,7 @@ def weigh(
     index, explains = _compare(learner, trials)
     best = min(index, key=lambda name: index[name])
     trials = replace(trials, leader=best)
-    early = best == NOTHING and trials.moments < CALM
+    early = best == NOTHING and trials.moments - trials.waited < CALM
     if explains[best] and not early and _stands_out(learner, best, index, trials.moments):
         belief = trials.base if best == NOTHING else beliefs[best]
         return trials, Verdict(best, belief)

@@ -11,9 +11,9 @@ A learner with one block has nobody else to blame: what changed is that block, a
 the next few moments, while it may still be changing, are left out.
 
 The tests share the allowed rate of false alarms: half for the sums of `cusum`, half for the ratios
-of `block_ratio`, both on innovations that are white in time too (`whitening`). The core sum is
-armed only while the belief's error is a small part of them, tr J P J^T < m / 4: before, innovations
-are not independent.
+of `block_ratio` (if the learner's pace has them), both on innovations that are white in time too
+(`whitening`). The core sum is armed only while the belief's error is a small part of them,
+tr J P J^T < m / 4: before, innovations are not independent.
 """
 
 from __future__ import annotations
@@ -106,7 +106,8 @@ class Monitor(Generic[State, Sample]):
 
     def observing(self, belief: State) -> MonitorState[State, Sample]:
         """A belief that is known to be good: watched from the first moment on."""
-        return MonitorState(belief, "observe", window=self._empty(belief))
+        window = self._empty(belief) if self.learner.pace.ratios else None
+        return MonitorState(belief, "observe", window=window)
 
     def step(
         self, state: MonitorState[State, Sample], moment: tuple[Sample, ...]
@@ -135,7 +136,8 @@ class Monitor(Generic[State, Sample]):
     @cached_property
     def _share(self) -> float:
         """Moments between false alarms of the sums, or of the ratios."""
-        return 2 * (self.samples or DAY * self.learner.pace.rate)
+        pace = self.learner.pace
+        return (1 + pace.ratios) * (self.samples or DAY * pace.rate)
 
     @cached_property
     def _cusum(self) -> Cusum:
@@ -201,8 +203,10 @@ class Monitor(Generic[State, Sample]):
         armed = tested.spread < ARMED
         share = belief.noise.outlier_share
         sums, alarm = self._cusum.step(state.sums, tested.squared, share, armed)
-        window = state.window or self._empty(state.belief)
-        window, blame = self._ratio.step(window, tested.e, tested.J, belief.doubt)
+        window, blame = state.window, ""
+        if self.learner.pace.ratios:
+            window = window or self._empty(state.belief)
+            window, blame = self._ratio.step(window, tested.e, tested.J, belief.doubt)
         waiting = (*state.waiting, Tested(moment, seen))
         state = replace(state, sums=sums, window=window, before=tested.kept, waiting=waiting)
         return state, alarm or blame != "", blame
@@ -211,11 +215,12 @@ class Monitor(Generic[State, Sample]):
         self, state: MonitorState[State, Sample], wait: int
     ) -> MonitorState[State, Sample]:
         """The oldest moment is learned if more than so many wait."""
-        if len(state.waiting) <= wait or state.window is None:
+        if len(state.waiting) <= wait:
             return state
         oldest, *waiting = state.waiting
-        belief = self.learner.step(state.belief, oldest.moment)[0]
-        window = state.window.move(self.learner.difference(belief, state.belief))
+        belief, window = self.learner.step(state.belief, oldest.moment)[0], state.window
+        if window is not None:
+            window = window.move(self.learner.difference(belief, state.belief))
         return replace(state, belief=belief, waiting=tuple(waiting), window=window)
 
     def _suspect(self, state: MonitorState[State, Sample]) -> MonitorState[State, Sample]:
@@ -224,11 +229,9 @@ class Monitor(Generic[State, Sample]):
         if base is None:
             return replace(self.start(), left_out=settle)
         if len(self.learner.blocks) > 1:
-            trials = begin(self.learner, base)
             n = dated(self.learner, base, [one.seen for one in state.waiting])
-            for one in state.waiting[-n:]:
-                trials = weigh(self.learner, trials, one.moment)[0]
-            return MonitorState(base, "blame", base, trials=trials)
+            since = [one.moment for one in state.waiting[-n:]]
+            return MonitorState(base, "blame", base, trials=begin(self.learner, base, since))
         (block,) = self.learner.blocks
         return MonitorState(self.learner.forget(base, block), base=base, left_out=settle)
 

@@ -45,17 +45,12 @@ def prepare(raw: WhiteInnovation, before: WhiteInnovation | None, belief: Gaussi
         before: `kept` of the moment before; None at first.
         belief: whose innovation it is.
     """
-    root, r, P = np.sqrt(belief.level), belief.noise.correlation, belief.doubt
-    e, J, source = raw.e / root, raw.J / root, raw.source
-    white_e, white_J = e, J
-    if before is not None and r > WORTH_WHITENING:
-        white_e, white_J = e.copy(), J.copy()
-        for k in np.unique(np.intersect1d(source, before.source)):
-            now, then = source == k, before.source == k
-            white_e[now] = (e[now] - r * before.e[then]) / np.sqrt(1 - r * r)
-            white_J[now] = (J[now] - r * before.J[then]) / np.sqrt(1 - r * r)
+    root, P = np.sqrt(belief.level), belief.doubt
+    level = WhiteInnovation(raw.e / root, raw.J / root, raw.source)
+    white = in_time(level, before, belief.noise.correlation)
+    e, J, source = level.e, level.J, level.source
     q, spread = np.empty(len(e)), np.empty(len(e))
-    _source_squares(white_e, white_J, source, P, q, spread)
+    _source_squares(white.e, white.J, source, P, q, spread)
     squared, kept, first = [], np.ones(len(e), dtype=np.bool_), 0
     while first < len(e):
         d = int(np.count_nonzero(source == source[first]))
@@ -64,7 +59,19 @@ def prepare(raw: WhiteInnovation, before: WhiteInnovation | None, belief: Gaussi
         first += d
     now_kept = WhiteInnovation(e[kept], J[kept], source[kept])
     share = float(spread.sum()) / max(len(e), 1)
-    return Tested(white_e[kept], white_J[kept], squared, share, now_kept)
+    return Tested(white.e[kept], white.J[kept], squared, share, now_kept)
+
+
+def in_time(now: WhiteInnovation, before: WhiteInnovation | None, r: float) -> WhiteInnovation:
+    """Without what the moment before already told, for sources that both have."""
+    if before is None or r <= WORTH_WHITENING:
+        return now
+    e, J, source = now.e.copy(), now.J.copy(), now.source
+    for k in np.unique(np.intersect1d(source, before.source)):
+        rows, then = source == k, before.source == k
+        e[rows] = (now.e[rows] - r * before.e[then]) / np.sqrt(1 - r * r)
+        J[rows] = (now.J[rows] - r * before.J[then]) / np.sqrt(1 - r * r)
+    return WhiteInnovation(e, J, source)
 
 
 @kernel

@@ -97,8 +97,8 @@ class LoadLearner(MonitoredLearner[LoadBelief, WrenchMeans, tuple[Solution, ...]
 
     @property
     def pace(self) -> Pace:
-        """Of some seven means a second."""
-        return Pace(rate=7.5, wait=8, settle=4, look=1, early=True)
+        """Of some seven means a second, whose errors return with the posture."""
+        return Pace(rate=7.5, wait=8, settle=4, look=1, ratios=False, early=True)
 
     def start(self) -> LoadBelief:
         """Nothing seen yet."""
