@@ -18,6 +18,7 @@ from bodyschema.estimation.belief import GaussianBelief, Slopes, WhiteInnovation
 from bodyschema.estimation.certificate import Certificate, Tolerance
 from bodyschema.estimation.stream_noise import StreamNoise, outlier_limit
 from bodyschema.learners.learner import MonitoredLearner, in_turn
+from bodyschema.monitoring.blame import begin, weigh
 from bodyschema.monitoring.monitor import Monitor, MonitorState
 from bodyschema.monitoring.whitening import prepare
 
@@ -28,7 +29,9 @@ __all__ = [
     "Stream",
     "StreamNoise",
     "WhiteInnovation",
+    "begin",
     "prepare",
+    "weigh",
 ]
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linear_learner import Linear, Monitor, Stream, certified, follow
+from linear_learner import Linear, Monitor, Stream, begin, certified, follow, weigh
 
 APART = {"a": [0, 1], "b": [2, 3], "c": [4]}
 
@@ -81,8 +81,9 @@ def test_a_change_is_not_dismissed_before_it_had_time_to_show() -> None:
     stream = Stream(learner, np.zeros(5), 6)
     state = certified(monitor, stream)
     stream.x[2] += 2.0
-    for _ in range(60):
-        state, report = monitor.step(state, (stream.draw(),))
+    for _ in range(20):
+        # What is seen while it changes is of no use.
+        state, report = monitor.step(state, (stream.draw(80.0),))
         if report.event == "alarm":
             break
     still = [stream.draw(A=np.zeros((3, 5))) for _ in range(24)]
@@ -102,6 +103,22 @@ def test_a_change_in_noise_that_remembers_is_not_dismissed_for_what_was_before()
         _, events = follow(monitor, state, [stream.draw() for _ in range(60)])
         assert [event for _, event, _ in events[:2]] == ["alarm", "changed"]
         assert named(events) == ["a"]
+
+
+def test_calm_is_counted_from_the_alarm_on() -> None:
+    learner = Linear(APART, bound=0.1)
+    stream = Stream(learner, np.zeros(5), 8)
+    base = certified(Monitor(learner), stream).belief
+    trials = begin(learner, base, [(stream.draw(),) for _ in range(50)])
+    verdicts = []
+    for _ in range(60):
+        trials, verdict = weigh(learner, trials, (stream.draw(),))
+        verdicts.append(verdict)
+        if verdict is not None:
+            break
+    assert len(verdicts) >= 40
+    assert verdicts[-1] is not None
+    assert verdicts[-1].block == ""
 
 
 def test_two_parts_at_once_are_not_one() -> None:
