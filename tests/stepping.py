@@ -16,6 +16,7 @@ from bodyschema.attention.finder import BodyFinder
 from bodyschema.attention.frames import Frame
 from bodyschema.attention.onsets import OnsetCoincidence
 from bodyschema.learners.filter import Filter
+from bodyschema.learners.hand_eye.clock import ClockSearch, LatePoints
 from bodyschema.learners.hand_eye.points import HandEyePoints
 from bodyschema.learners.images.contour_tracker import ContourTracker
 from bodyschema.learners.learner import Learner, moments
@@ -65,6 +66,7 @@ ARM: Body = seen_arm(3, np.random.default_rng(0))
 FREE = free_all(ARM, turns=False)
 VECTORS = join(free_joints(ARM, ("axes", "links")), free_frame(ARM, "tool", turn_std=None))
 TOOL = Block("tool", ("tool.link_x", "tool.link_y"), 0.1)
+CLOCK = ClockSearch(HandEyePoints(stereo()), (0.0, 0.03, 0.06))
 LINEAR = Linear({"a": [0, 1], "b": [2]})
 
 
@@ -78,6 +80,16 @@ def tracked() -> Moments:
     """A point before a stereo camera."""
     stream = seen(0, 2)[1]
     return [(stream.sample(i),) for i in range(len(stream))]
+
+
+def late() -> Moments:
+    """The same with the hand where it was a while ago."""
+    stream = seen(0, 2)[1]
+    lags = range(len(CLOCK.lags))
+    return [
+        (LatePoints(stream.T_world_hand[[i - k for k in lags]], stream.pixels[i]),)
+        for i in range(len(CLOCK.lags), len(stream))
+    ]
 
 
 def means() -> Moments:
@@ -130,6 +142,7 @@ STEPPERS = {
     "watched_body": Stepper(WatchedBody(ARM, FREE, Filter(burn_in=20)), tips),
     "watched_smoother": Stepper(WatchedSmoother(ARM, FREE, (TOOL,), Smoother(12)), tips),
     "hand_eye_points": Stepper(HandEyePoints(stereo(), buffer=40), tracked),
+    "clock_search": Stepper(CLOCK, late),
     "load_learner": Stepper(LoadLearner(), means),
     "touch_finder": Stepper(TouchFinder(4e-4 * np.eye(6)), touched),
     "paper_relation": Stepper(PaperRelation(16), rows((3, 16))),
