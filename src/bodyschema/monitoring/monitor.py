@@ -48,7 +48,7 @@ PATIENCE = 150
 """Moments that a first belief may contradict its samples before it starts anew; doubled then."""
 
 
-class Tested(NamedTuple, Generic[Sample]):
+class Waiting(NamedTuple, Generic[Sample]):
     """A moment that waits."""
 
     moment: tuple[Sample, ...]
@@ -68,7 +68,7 @@ class MonitorState(Generic[State, Sample]):
     window: Window | None = None
     before: WhiteInnovation | None = None
     """The innovation of the moment before."""
-    waiting: tuple[Tested[Sample], ...] = ()
+    waiting: tuple[Waiting[Sample], ...] = ()
     """Moments that are tested, not yet learned; newest last."""
     trials: Trials[State] | None = None
     moments: int = 0
@@ -207,7 +207,7 @@ class Monitor(Generic[State, Sample]):
         if self.learner.pace.ratios:
             window = window or self._empty(state.belief)
             window, blame = self._ratio.step(window, tested.e, tested.J, belief.doubt)
-        waiting = (*state.waiting, Tested(moment, seen))
+        waiting = (*state.waiting, Waiting(moment, seen))
         state = replace(state, sums=sums, window=window, before=tested.kept, waiting=waiting)
         return state, alarm or blame != "", blame
 
