@@ -18,7 +18,7 @@ from bodyschema.estimation.belief import GaussianBelief, Slopes, WhiteInnovation
 from bodyschema.estimation.certificate import Certificate, Tolerance
 from bodyschema.estimation.stream_noise import StreamNoise, outlier_limit
 from bodyschema.learners.learner import MonitoredLearner, in_turn
-from bodyschema.monitoring.blame import begin, weigh
+from bodyschema.monitoring.blame import begin, dated, weigh
 from bodyschema.monitoring.monitor import Monitor, MonitorState
 from bodyschema.monitoring.whitening import prepare
 
@@ -30,6 +30,7 @@ __all__ = [
     "StreamNoise",
     "WhiteInnovation",
     "begin",
+    "dated",
     "prepare",
     "weigh",
 ]

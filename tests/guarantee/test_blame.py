@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linear_learner import Linear, Monitor, Stream, begin, certified, follow, weigh
+from linear_learner import Linear, Monitor, Stream, begin, certified, dated, follow, weigh
 
 APART = {"a": [0, 1], "b": [2, 3], "c": [4]}
 
@@ -103,6 +103,19 @@ def test_a_change_in_noise_that_remembers_is_not_dismissed_for_what_was_before()
         _, events = follow(monitor, state, [stream.draw() for _ in range(60)])
         assert [event for _, event, _ in events[:2]] == ["alarm", "changed"]
         assert named(events) == ["a"]
+
+
+def test_a_change_is_dated_through_outliers() -> None:
+    learner = Linear(APART, bound=0.1)
+    for seed in range(6):
+        stream = Stream(learner, np.zeros(5), seed)
+        base, samples = certified(Monitor(learner), stream).belief, []
+        for i in range(40):
+            if i == 32:
+                stream.x[2] += 2.0
+            samples.append(stream.draw(200.0 * (i == 20)))
+        seen = [learner.innovation(base, (sample,)) for sample in samples]
+        assert 6 <= dated(learner, base, seen) <= 11
 
 
 def test_calm_is_counted_from_the_alarm_on() -> None:

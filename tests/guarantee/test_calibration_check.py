@@ -64,7 +64,7 @@ def test_a_large_change_is_not_taken_for_outliers() -> None:
     T = truth.placement[truth.frame_index("hand")].copy()
     T[:3, 3] += [0.08, 0.0, 0.0]
     q = rng.uniform(-1.5, 1.5, (30, 4))
-    new = record(truth.with_placement("hand", T), q, rng.normal(size=(30, 6)))
+    new = record(truth.with_placement("hand", T), q, rng.normal(size=(30, 6)), wild=6)
     answer = detect_change(estimate, [new])
     assert answer.suspects[0].part == "hand"
     assert np.linalg.norm(answer.suspects[0].change[:3]) == pytest.approx(0.08, rel=0.02)

@@ -40,8 +40,8 @@ def felt(
     return events
 
 
-def gripper(seed: int) -> Inertia:
-    return draw_load(np.random.default_rng([6, seed]), 0.5)
+def gripper(seed: int, mass: float = 0.5) -> Inertia:
+    return draw_load(np.random.default_rng([6, seed]), mass)
 
 
 def thing(seed: int, mass: float) -> Inertia:
@@ -83,8 +83,8 @@ def test_a_grasp_that_takes_a_while_is_one_change(mass: float) -> None:
 
 
 def test_a_push_is_no_load() -> None:
-    for seed in range(3):
-        events = felt(seed, [Held(0, gripper(seed))], 16.0, push=2.0)
+    for seed, mass in ((0, 0.5), (0, 0.1), (1, 0.1), (2, 0.1), (3, 0.1)):
+        events = felt(seed, [Held(0, gripper(seed, mass))], 18.0, push=2.0)
         assert [event for _, event, _ in events[:2]] == ["identified", "alarm"]
         assert {event for _, event, _ in events[2:]} <= {"alarm", "same"}
         assert events[-1][1] == "same"
@@ -131,7 +131,16 @@ def test_bounds_hold() -> None:
     assert max(inside) > 0.3
 
 
+def test_what_is_taken_before_anything_is_known_is_not_mixed_with_what_was() -> None:
+    for seed in range(5):
+        grip = gripper(seed)
+        held = [Held(0, grip), Held(1.0, joined(grip, thing(seed, 0.2)))]
+        told = [load for _, event, load in felt(seed, held, 9.0) if event == "identified"]
+        assert told[0] is not None
+        assert told[0].mass == pytest.approx(grip.mass + 0.2, rel=0.012)
+
+
 def test_nothing_is_called_while_nothing_changes() -> None:
     for seed, speed in ((100, 0.5), (101, 0.5), (102, 0.15), (103, 0.15), (104, 0.15)):
-        events = felt(seed, [Held(0, gripper(seed))], 60.0, speed=speed)
+        events = felt(seed, [Held(0, gripper(seed, 1.5))], 60.0, speed=speed)
         assert [event for _, event, _ in events] == ["identified"]
