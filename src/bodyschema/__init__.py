@@ -61,8 +61,8 @@ if TYPE_CHECKING:
     from bodyschema.learners.published.online_gradient import OnlineGradient
     from bodyschema.learners.published.paper_payload import PaperPayload
     from bodyschema.learners.published.particle_filter import ParticleFilter
+    from bodyschema.learners.replay import Replay
     from bodyschema.learners.skeletons.pool import Pool
-    from bodyschema.learners.skeletons.replay import Replay
     from bodyschema.learners.skeletons.shortest_links import with_shortest_links
     from bodyschema.learners.smoother import Smoother
     from bodyschema.learners.touch.finder import TouchFinder
@@ -235,7 +235,7 @@ PUBLISHED = {
     "PaperPayload": "learners.published.paper_payload",
     "PaperRelation": "learners.published.linear_relation",
     "ParticleFilter": "learners.published.particle_filter",
-    "Replay": "learners.skeletons.replay",
+    "Replay": "learners.replay",
 }
 """Published methods, each as printed."""
 
