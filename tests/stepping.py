@@ -25,8 +25,8 @@ from bodyschema.learners.published.linear_relation import PaperRelation
 from bodyschema.learners.published.online_gradient import OnlineGradient
 from bodyschema.learners.published.paper_payload import UNKNOWNS, PaperPayload
 from bodyschema.learners.published.particle_filter import ParticleFilter
+from bodyschema.learners.replay import Replay
 from bodyschema.learners.skeletons.pool import Pool
-from bodyschema.learners.skeletons.replay import Replay
 from bodyschema.learners.smoother import Smoother
 from bodyschema.learners.touch.finder import TouchFinder
 from bodyschema.learners.touch.unexplained import Unexplained

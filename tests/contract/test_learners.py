@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from bodyschema.learners.filter import Filter
 from bodyschema.learners.learner import BodyLearner, moments, run
 from bodyschema.learners.published.online_gradient import OnlineGradient
+from bodyschema.learners.replay import Replay
 from bodyschema.learners.skeletons.pool import Pool
-from bodyschema.learners.skeletons.replay import Replay
 from bodyschema.learners.smoother import Smoother
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body

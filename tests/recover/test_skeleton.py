@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bodyschema import InputError, learn_skeleton
-from bodyschema.judging.one_pass import pooled
 from bodyschema.answers.skeleton import SkeletonProblem
+from bodyschema.judging.one_pass import pooled
 from bodyschema.model.skeleton import Skeleton
 from bodyschema.model.tree import Body
 from bodyschema.senses.poses import Poses

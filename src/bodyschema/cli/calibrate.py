@@ -169,7 +169,7 @@ class Calibrate:
                 f"give a run file, or also {', '.join(missing)}; "
                 "'bodyschema calibrate --help' explains each."
             )
-        from bodyschema.cli.loading import read_robot
+        from bodyschema.cli.reading.robot import read_robot
 
         points = self.layout == "xyz"
         base = self.base or read_robot(self.robot).frames[0]

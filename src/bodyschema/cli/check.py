@@ -81,7 +81,7 @@ class Check:
         """What a wrist carries."""
         from bodyschema.answers.held_recording import hold
         from bodyschema.answers.recheck import recheck_load
-        from bodyschema.cli.wrist.wrist_sections import held_tables
+        from bodyschema.cli.reading.wrist_sections import held_tables
 
         table, _, declared, wrist = held_tables(self._run(stored))
         return recheck_load(stored, hold(table, declared, wrist.motion), self.false_alarm)

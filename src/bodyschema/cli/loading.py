@@ -13,6 +13,7 @@ from bodyschema.cli.reading.joints import refuse_missing
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.part_kinds import freed, made
 from bodyschema.cli.reading.pose_lists import pose_sense
+from bodyschema.cli.reading.robot import read_robot
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.sense_kinds import make_sense, parts_of
 from bodyschema.cli.run_file import RunFile
@@ -94,13 +95,6 @@ def with_parts(run: RunFile, body: Body) -> tuple[Body, dict[str, tuple[str, ...
         if entry.known != "exactly":
             free[name] = freed(entry, name, part)
     return body, free
-
-
-def read_robot(path: Path, packages: Mapping[str, str] | None = None) -> Body:
-    """A URDF or xacro file, or a DH table in TOML or JSON."""
-    if path.suffix in (".toml", ".json"):
-        return Body.from_dh(path)
-    return Body.from_urdf(path, packages)
 
 
 def read_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:

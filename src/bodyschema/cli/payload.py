@@ -31,9 +31,9 @@ class PayloadVerb:
         """Read, fit, write; returns 1 when mass or centre of mass is not told."""
         from bodyschema.answers.answer import load
         from bodyschema.answers.payload import learn_payload
+        from bodyschema.cli.reading.wrist_sections import held_tables
         from bodyschema.cli.result import finish, prepare
         from bodyschema.cli.run_file import read_run_file
-        from bodyschema.cli.wrist.wrist_sections import held_tables
         from bodyschema.export.payload import entered
 
         run = read_run_file(self.run_file, "payload")

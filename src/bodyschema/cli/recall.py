@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bodyschema.cli.loading import blank_senses, read_robot, read_senses
+from bodyschema.cli.loading import blank_senses, read_senses
+from bodyschema.cli.reading.robot import read_robot
 from bodyschema.cli.run_file import run_from_record
 from bodyschema.errors import BodyschemaError, InputError
 from bodyschema.model.tree import Body, Visual

@@ -55,11 +55,11 @@ from typing import Any
 from bodyschema.cli.entry_types import entry_of, frozen, one_of, refuse_unknown
 from bodyschema.cli.reading.checks import check_keys
 from bodyschema.cli.reading.part_entry import PartEntry
+from bodyschema.cli.reading.picture_sections import PictureSections
 from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, HandEyeEntry, JointColumns
 from bodyschema.cli.reading.sense_entry import SenseEntry
-from bodyschema.cli.tracking.picture_sections import PictureSections
+from bodyschema.cli.reading.wrist_sections import WristSections
 from bodyschema.cli.verb_sections import check_verb, take_sections
-from bodyschema.cli.wrist.wrist_sections import WristSections
 from bodyschema.errors import InputError
 
 LEARNERS = ("batch", "gauss-newton", "smoother", "online-gradient", "pool")

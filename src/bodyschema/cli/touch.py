@@ -28,10 +28,10 @@ class TouchVerb:
     def run(self) -> int:
         """Read, learn the load, search, write; returns 1 when the load is not told."""
         from bodyschema.answers.touch import find_touches
+        from bodyschema.cli.reading.touch_sections import TouchEntry, solid_of
+        from bodyschema.cli.reading.wrist_sections import held_tables
         from bodyschema.cli.result import finish, prepare
         from bodyschema.cli.run_file import read_run_file
-        from bodyschema.cli.wrist.touch_sections import TouchEntry, solid_of
-        from bodyschema.cli.wrist.wrist_sections import held_tables
 
         run = read_run_file(self.run_file, "touch")
         asked = asdict(run) | {"inputs": run.inputs}

@@ -34,8 +34,7 @@ def take_sections(table: Mapping[str, Any], here: Path, where: str) -> dict[str,
     Raises:
         InputError: a key is unknown or missing.
     """
-    from bodyschema.cli.tracking import picture_sections
-    from bodyschema.cli.wrist import wrist_sections
+    from bodyschema.cli.reading import picture_sections, wrist_sections
 
     rest = {**table, **(table.get("wrist") or {}), **(table.get("pictures") or {})}
     wrist = {k: rest.pop(k) for k in (*wrist_sections.SECTIONS, *wrist_sections.KEYS) if k in rest}
@@ -51,9 +50,9 @@ def check_verb(run: RunFile, verb: str, where: str) -> None:
     Raises:
         InputError: in one sentence.
     """
-    from bodyschema.cli.tracking.picture_sections import check_pictures
-    from bodyschema.cli.wrist.touch_sections import check_touch
-    from bodyschema.cli.wrist.wrist_sections import check_wrist
+    from bodyschema.cli.reading.picture_sections import check_pictures
+    from bodyschema.cli.reading.touch_sections import check_touch
+    from bodyschema.cli.reading.wrist_sections import check_wrist
 
     for name, verbs in READERS.items():
         given = getattr(run, name)

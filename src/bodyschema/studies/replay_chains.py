@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from bodyschema.learners.published.online_gradient import OnlineGradient
-from bodyschema.learners.skeletons.replay import Replay
+from bodyschema.learners.replay import Replay
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.variables import free_skeleton
 from bodyschema.senses.points import Points

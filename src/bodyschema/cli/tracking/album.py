@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.loading import read_robot
 from bodyschema.cli.reading.joints import read_joints
-from bodyschema.cli.reading.pictures import picture_path
-from bodyschema.cli.run_file import RunFile
-from bodyschema.cli.tracking.picture_sections import (
+from bodyschema.cli.reading.picture_sections import (
     CameraEntry,
     PictureSections,
     offset_spread,
 )
+from bodyschema.cli.reading.pictures import picture_path
+from bodyschema.cli.reading.robot import read_robot
+from bodyschema.cli.run_file import RunFile
 from bodyschema.errors import InputError
 from bodyschema.export.result_folder import sha256
 from bodyschema.learners.images.markerless import Markerless

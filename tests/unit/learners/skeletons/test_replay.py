@@ -7,7 +7,7 @@ import pytest
 
 from bodyschema.learners.learner import run
 from bodyschema.learners.published.online_gradient import OnlineGradient, from_nothing
-from bodyschema.learners.skeletons.replay import Replay, most_crowded, well_spread
+from bodyschema.learners.replay import Replay, most_crowded, well_spread
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import free_frame, free_joints, join

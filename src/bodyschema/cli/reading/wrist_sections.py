@@ -64,7 +64,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bodyschema.cli.wrist.touch_sections import SurfaceEntry, TouchEntry
+from bodyschema.cli.reading.touch_sections import SurfaceEntry, TouchEntry
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.senses.wrist_declaration import (
     GravityColumns,
@@ -248,7 +248,7 @@ def held_tables(
     Raises:
         InputError: the robot, a file or a column cannot be read.
     """
-    from bodyschema.cli.loading import read_robot
+    from bodyschema.cli.reading.robot import read_robot
 
     wrist = run.wrist
     if wrist is None:

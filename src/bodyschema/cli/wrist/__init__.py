@@ -1,1 +1,0 @@
-"""Recordings of a wrist sensor: their files, columns and units, and what is answered."""
