@@ -40,6 +40,10 @@ FAR = 8.0
 """Standard deviations of excess that no noise makes."""
 
 
+UNKNOWN = 1e6
+"""rad, m: standard deviation that stands for knowing nothing, where the information is singular."""
+
+
 @dataclass(frozen=True)
 class WhiteInnovation:
     """A moment against what a belief predicts, in units of the sensor's noise."""
@@ -89,7 +93,11 @@ class GaussianBelief:
     @cached_property
     def doubt(self) -> Array:
         """(k, k) how far the belief may be off."""
-        P = self.covariance * max(self.noise.long_run * self.level / self.tempered, 1.0)
+        grown = max(self.noise.long_run * self.level / self.tempered, 1.0)
+        # A covariance of a singular information is no number, or none that can be worked with.
+        if not np.abs(self.covariance).max() * grown < UNKNOWN**2:
+            return UNKNOWN**2 * np.eye(len(self.covariance))
+        P = self.covariance * grown
         return np.asarray((P + P.T) / 2)
 
     @property
