@@ -114,7 +114,7 @@ class HandEyePoints(MonitoredLearner[HandEyeBelief, StereoPoints, tuple[PointInf
         if state.prior is not None and state.theta is not None:
             away, unknowns = state.theta.away_from(state.prior.theta), 0
             pull = float(away @ state.prior.information @ away)
-        level = state.cost / max(3 * state.seen, 1.0)
+        level = state.cost / (3 * state.seen) if state.seen else 1.0
         used = level if state.prior is None else state.prior.level
         freedom = max(3 * state.seen - unknowns, 1.0)
         return GaussianBelief(
@@ -133,7 +133,7 @@ class HandEyePoints(MonitoredLearner[HandEyeBelief, StereoPoints, tuple[PointInf
             state.cost / freedom,
             freedom / _long_run(state.correlation),
             state.gap,
-            state.theta is not None and len(state.covariance) > 0,
+            state.seen > 0 and len(state.covariance) > 0,
         )
 
     def forget(self, state: HandEyeBelief, block: str) -> HandEyeBelief:
