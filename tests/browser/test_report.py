@@ -87,7 +87,7 @@ def test_what_it_shows(chromium: str, case: Any, tmp_path: Path, width: int) -> 
     assert answer["explanation"] == calibration.explanation
     assert answer["headings"][0] == "Verdict"
     assert len(answer["headings"]) == 11
-    assert answer["parameters"] == len(calibration.estimate.variables)
+    assert answer["variables"] == len(calibration.estimate.variables)
     assert len(answer["pictures"]) == text.count("<svg ") >= 6
     assert min(answer["pictures"]) > 150
     assert "joint_1.offset" in answer["texts"]
