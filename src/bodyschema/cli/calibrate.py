@@ -73,7 +73,7 @@ class Calibrate:
     overwrite: bool = False
     """Replace the output folder."""
     force: bool = False
-    """Write the result even when the held-out error got worse."""
+    """Write the result even when it was refused, or the data contradict it."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -89,7 +89,7 @@ class Calibrate:
         prepare(self.out, self.overwrite, self.run_file, asked)
         notes = Console(stderr=True)
         loaded, answer = self._work(run, asked, notes)
-        found, refused = as_json(answer), answer.verdict == "refused" and not self.force
+        found, refused = as_json(answer), answer.withheld and not self.force
         paths = [] if refused else answer.save(self.out, self.overwrite)
         reported = self.out / "report.html" in paths
         if paths and not reported:

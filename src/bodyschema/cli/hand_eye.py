@@ -58,6 +58,8 @@ class HandEyeVerb:
     """Rows are pairs, or both are streams with times of their own; rows when absent."""
     overwrite: bool = False
     """Replace the output folder."""
+    force: bool = False
+    """Write the result even when the data contradict it."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -87,7 +89,7 @@ class HandEyeVerb:
             run.seed,
             asked,
         )
-        return finish(answer, self.out, self.overwrite, self.json)
+        return finish(answer, self.out, self.overwrite, self.json, force=self.force)
 
     def resolved(self) -> RunFile:
         """The run file, with the flags laid over it."""

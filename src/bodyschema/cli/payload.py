@@ -24,6 +24,8 @@ class PayloadVerb:
     """A result of `calibrate` that the payload is entered into; a copy is written."""
     overwrite: bool = False
     """Replace the output folder."""
+    force: bool = False
+    """Write the result even when the data contradict it."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -46,4 +48,4 @@ class PayloadVerb:
         if self.calibration is not None:
             text = entered(load(self.calibration), answer.details)
             answer = replace(answer, files={"calibration.yaml": text.encode()})
-        return finish(answer, self.out, self.overwrite, self.json)
+        return finish(answer, self.out, self.overwrite, self.json, force=self.force)

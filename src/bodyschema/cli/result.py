@@ -43,6 +43,7 @@ def finish(
     as_object: bool,
     more: Mapping[str, Any] | None = None,
     then: str = "",
+    force: bool = False,
 ) -> int:
     """Write the folder and print the answer; returns the exit code, 1 for bad news.
 
@@ -53,37 +54,45 @@ def finish(
         as_object: print one JSON object instead of text.
         more: keys of the object that are not stored.
         then: what to do next, for people.
+        force: write even what the data contradict.
     """
+    if answer.trust.level == "contradicted" and not force:
+        return say(answer, None, as_object, more)
     answer.save(out, overwrite)
     return say(answer, out, as_object, more, then)
 
 
 def say(
     answer: Answer,
-    out: Path,
+    out: Path | None,
     as_object: bool,
     more: Mapping[str, Any] | None = None,
     then: str = "",
 ) -> int:
-    """Print an answer whose folder is written; see `finish`."""
+    """Print an answer whose folder is written, or not (None); see `finish`."""
     from rich.console import Console
 
-    from bodyschema.judging.calibration import TONES
     from bodyschema.report.summary import as_json, finite, print_answer
 
     if as_object:
-        object_ = {**as_json(answer), "folder": str(out), **(more or {})}
+        place = {} if out is None else {"folder": str(out)}
+        object_ = {**as_json(answer), **place, **(more or {})}
         print(json.dumps(finite(object_)))
     else:
         console = Console()
         print_answer(console, answer.document)
-        page = out / "report.html"
-        shown = f"Report: {page}" if page.is_file() else NO_PAGE
-        console.print(f"\n{shown}   all numbers: {out / 'answer.json'}", **PLAIN)
+        console.print(f"\n{NOTHING if out is None else _written(out)}", **PLAIN)
         if then:
             console.print(then, **PLAIN)
-    return 1 if TONES.get(answer.verdict) == "bad" else 0
+    return 1 if answer.tone == "bad" else 0
 
 
+def _written(out: Path) -> str:
+    page = out / "report.html"
+    shown = f"Report: {page}" if page.is_file() else NO_PAGE
+    return f"{shown}   all numbers: {out / 'answer.json'}"
+
+
+NOTHING = "Nothing was written. Mend what is said above, or insist with --force."
 NO_PAGE = "There is no report.html; install the extra: pip install 'bodyschema[report]'"
 PLAIN: dict[str, Any] = {"highlight": False, "markup": False, "soft_wrap": True}

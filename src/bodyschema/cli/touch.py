@@ -22,6 +22,8 @@ class TouchVerb:
     """Folder for the answer and report.html; must not hold anything yet."""
     overwrite: bool = False
     """Replace the output folder."""
+    force: bool = False
+    """Write the result even when the data contradict it."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -50,4 +52,4 @@ class TouchVerb:
             described=table.body,
             run=asked,
         )
-        return finish(answer, self.out, self.overwrite, self.json)
+        return finish(answer, self.out, self.overwrite, self.json, force=self.force)

@@ -45,6 +45,8 @@ class Track:
     """Pictures with the outline before (red) and after (green); 0 for none."""
     overwrite: bool = False
     """Replace the output folder."""
+    force: bool = False
+    """Write the result even when the data contradict it."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -71,7 +73,9 @@ class Track:
             document = json.dumps({**answer.details, "frames": frames}, indent=1) + "\n"
             answer = replace(answer, files={**answer.files, "track.json": document.encode()})
             more = {"frames": frames, "frames_per_second": tracked.rate}
-        return finish(answer, self.out, self.overwrite, self.json, more, _then(answer))
+        return finish(
+            answer, self.out, self.overwrite, self.json, more, _then(answer), force=self.force
+        )
 
     def command(self) -> str:
         """The command line that asks for this result, wherever it goes and whatever is printed."""

@@ -46,6 +46,9 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "robot": body.name,
         "verdict": calibration.verdict,
         "explanation": calibration.explanation,
+        "trust": calibration.trust.document,
+        "tone": calibration.tone,
+        "predicted_95_mm": millimetres_95(calibration),
         "notes": [*calibration.notes, *notes],
         "findings": list(calibration.findings),
         "learner": calibration.learner,
@@ -97,6 +100,12 @@ def skeleton_entries(calibration: Calibration) -> dict[str, dict[str, Any]] | No
         for k, carrier in enumerate(body.carriers)
         if f"{carrier}.axis_1" in std
     }
+
+
+def millimetres_95(calibration: Calibration) -> float | None:
+    """The error that what was asked for stays below with 95 %, mm; None where none is stated."""
+    stated = calibration.stated_95
+    return None if stated is None else rounded(1e3 * stated)
 
 
 def predicted_errors(calibration: Calibration) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ from bodyschema.errors import InputError, did_you_mean
 from bodyschema.export.payload import carried_loads, urdf_with_load
 from bodyschema.export.urdf_edits import urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
-from bodyschema.judging.calibration import WITHHELD, Calibration
+from bodyschema.judging.calibration import Calibration
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import GROUPS, free_joints
 
@@ -17,7 +17,7 @@ def joint_corrections(calibration: Calibration) -> dict[str, float]:
     Raises:
         InputError: nothing may be put on a robot.
     """
-    if calibration.verdict in WITHHELD:
+    if calibration.withheld:
         raise InputError(
             f"the verdict was '{calibration.verdict}'; there is nothing to export. "
             f"{calibration.explanation}"

@@ -26,7 +26,7 @@ from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.documents import rounded, versions, yaml_text
 from bodyschema.export.joint_edit import clean
-from bodyschema.judging.calibration import WITHHELD, Calibration
+from bodyschema.judging.calibration import Calibration
 from bodyschema.model.inertia import Inertia
 
 Array = NDArray[np.float64]
@@ -68,7 +68,7 @@ def entered(calibration: Calibration, details: Mapping[str, Any]) -> str:
 def carried_loads(calibration: Calibration) -> dict[str, dict[str, Mapping[str, Any]]]:
     """Loads by the link that carries them, in that link's frame; none if they are not known."""
     link = calibration.details.get("sensor", {}).get("link", "")
-    if not link or calibration.verdict in WITHHELD:
+    if not link or calibration.withheld:
         return {}
     return {link: {load["name"]: load["flange"] for load in calibration.details["loads"]}}
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,21 +16,26 @@ from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.estimation.prediction import PredictedError
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.model.tree import Body
+from bodyschema.trust.trust import Trust
 
 Array = NDArray[np.float64]
 Verdict = Literal["calibrated", "learned", "only frames", "refused"]
 VERDICTS: tuple[Verdict, ...] = ("calibrated", "learned", "only frames", "refused")
 
+CONTRADICTED = "contradicted"
+"""The verdict, of any verb, when the data speak against what the answer presumes; see `Trust`."""
+
 TONES = {
     "only frames": "doubtful",
     "refused": "bad",
+    CONTRADICTED: "bad",
     "not known": "bad",
     "load not known": "bad",
     "not found": "bad",
 }
 """How good the news of a verdict are, of any verb; "good" for all others."""
 
-WITHHELD = ("refused", "not known", "load not known", "not found")
+WITHHELD = (CONTRADICTED, "refused", "not known", "load not known", "not found")
 """Verdicts after which nothing may be put on a robot."""
 
 
@@ -99,6 +104,11 @@ class Calibration:
     """Whether it is about joints or frames of the robot, which are then written."""
     details: Mapping[str, Any] = field(default_factory=dict)
     """What a verb found besides, in the plain types of JSON; SI."""
+    trust: Trust = Trust()  # noqa: RUF009  (a frozen record)
+    """Whether to believe it, and why not."""
+    predicted_95: float | None = None
+    """m: the error that what was asked for (a tool, a camera) stays below with 95 %, all that is
+    known to be wrong included; see `stated_95`."""
 
     @property
     def before(self) -> str:
@@ -114,6 +124,33 @@ class Calibration:
             return self.compared[1]
         corrected = f"{describe_groups(self.groups)} corrected"
         return "the learned skeleton" if self.from_nothing else corrected
+
+    @property
+    def stated_95(self) -> float | None:
+        """m: `predicted_95`, or where a verb gives none the worst of `predicted`."""
+        if self.predicted_95 is not None or not self.predicted:
+            return self.predicted_95
+        return max(error.position_overall for error in self.predicted)
+
+    @property
+    def withheld(self) -> bool:
+        """Whether nothing of it may be put on a robot."""
+        return self.verdict in WITHHELD
+
+    @property
+    def tone(self) -> str:
+        """How good the news are: "good", "doubtful" or "bad"."""
+        tone = TONES.get(self.verdict, "good")
+        return "doubtful" if tone == "good" and self.trust.level == "limited" else tone
+
+    def believed(self, trust: Trust) -> Self:
+        """The same with what else is known of how far it may be trusted.
+
+        An answer that the data contradict has no other verdict; one that is withheld keeps its own.
+        """
+        both = self.trust.also(trust)
+        against = both.level == "contradicted" and not self.withheld
+        return replace(self, trust=both, verdict=CONTRADICTED if against else self.verdict)
 
     @property
     def estimate(self) -> Estimate:

@@ -12,9 +12,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from bodyschema.estimation.clock import FALSE_ALARM
-from bodyschema.export.calibration_yaml import OPEN, predicted_errors, skeleton_entries
+from bodyschema.export.calibration_yaml import (
+    OPEN,
+    millimetres_95,
+    predicted_errors,
+    skeleton_entries,
+)
 from bodyschema.export.load_entry import load_entries, load_lines
-from bodyschema.judging.calibration import TONES, Calibration
+from bodyschema.judging.calibration import Calibration
 from bodyschema.units import read_as, significant
 
 COLOURS = {"good": "green", "doubtful": "yellow", "bad": "red"}
@@ -35,6 +40,8 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     return {
         "verdict": calibration.verdict,
         "explanation": calibration.explanation,
+        "trust": calibration.trust.document,
+        "predicted_95_mm": millimetres_95(calibration),
         "learner": calibration.learner,
         "groups": list(calibration.groups),
         "skeleton": skeleton_entries(calibration),
@@ -97,8 +104,9 @@ def print_answer(console: Console, document: Mapping[str, Any]) -> None:
         document: everything that was found; see `calibration_document`.
     """
     verdict = document["verdict"]
-    style = COLOURS[TONES.get(verdict, "good")]
+    style = COLOURS[document["tone"]]
     console.print(f"\n[bold {style}]{verdict}[/]  {escape(document['explanation'])}\n")
+    _print_trust(console, document["trust"])
     if any(document["held_out"]["after"].values()):
         console.print(_error_table(document))
     if document["predicted"]:
@@ -116,6 +124,17 @@ def print_answer(console: Console, document: Mapping[str, Any]) -> None:
             console.print(f"  ... and {more} more; calibration.yaml lists all.")
     for line in _warnings(document):
         console.print(line, highlight=False)
+
+
+def _print_trust(console: Console, trust: Mapping[str, Any]) -> None:
+    """Why the answer is not to be taken at its word; nothing where it is."""
+    if trust["level"] == "good":
+        return
+    style = COLOURS["doubtful" if trust["level"] == "limited" else "bad"]
+    console.print(f"[bold {style}]Trust: {trust['level']}[/]")
+    for reason in trust["reasons"]:
+        console.print(f"  - {escape(reason)}", highlight=False)
+    console.print()
 
 
 def _print_parameters(console: Console, document: Mapping[str, Any]) -> None:

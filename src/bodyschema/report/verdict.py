@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from bodyschema.judging.accuracy import in_words, main_in_words
-from bodyschema.judging.calibration import TONES
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import listed, shown
@@ -35,7 +34,9 @@ class Verdict:
         return render(
             "verdict.html",
             word=WORDS.get(c.verdict, c.verdict.capitalize()),
-            tone=TONES.get(c.verdict, "good"),
+            tone=c.tone,
+            level=c.trust.level,
+            reasons=c.trust.reasons,
             explanation=c.explanation,
             before=main_in_words(c.nominal) if tested else "",
             what_before=c.before,
@@ -92,7 +93,7 @@ class Verdict:
     def _warnings(self) -> list[str]:
         c = self.evidence.calibration
         lines = list(c.notes)
-        if c.verdict == "refused":
+        if c.withheld:
             lines.append("This calibration was refused: do not put these files on a robot.")
         if not c.fit.converged:
             when = "its iterations" if c.learner == "batch" else f"the samples for {c.learner}"
