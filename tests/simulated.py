@@ -22,7 +22,7 @@ from bodyschema.senses.poses import Poses
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
-Sense = TypeVar("Sense", bound=Sense)
+Seen = TypeVar("Seen", bound=Sense)
 
 POINT_STD = 1e-3
 """m."""
@@ -101,8 +101,8 @@ def poses(
 
 
 def spoiled(
-    sense: Sense, share: float, size: float, rng: np.random.Generator
-) -> tuple[Sense, NDArray[np.bool_]]:
+    sense: Seen, share: float, size: float, rng: np.random.Generator
+) -> tuple[Seen, NDArray[np.bool_]]:
     """The samples with a share of them shifted by `size` (m) in random directions, and which."""
     n = len(sense)
     bad = np.zeros(n, dtype=bool)

@@ -25,9 +25,10 @@ def significant(value: float | None, digits: int = 3) -> str:
 
 
 def shown(value: float | None, unit: str, digits: int = 3) -> str:
-    """An SI value in the unit that people read, with that unit: "1.54 mm"."""
+    """An SI value in the unit that people read, with that unit: "1.54 mm"; ABSENT has none."""
     scale, name = read_as(unit)
-    return f"{significant(None if value is None else scale * value, digits)} {name}"
+    text = significant(None if value is None else scale * value, digits)
+    return text if text == ABSENT else f"{text} {name}"
 
 
 def millimetres(metres: float) -> str:

@@ -24,6 +24,11 @@ def test_shown_converts() -> None:
     assert shown(0.013, "1", 2) == "1.3 %"
 
 
+@pytest.mark.parametrize("value", [None, math.nan, math.inf])
+def test_what_is_absent_has_no_unit(value: float | None) -> None:
+    assert shown(value, "px") == "–"
+
+
 @pytest.mark.parametrize(
     ("metres", "text"), [(0.01208, "12.08"), (1e-6, "0.00100"), (math.inf, "–"), (0.0, "0.00")]
 )

@@ -24,8 +24,9 @@ class HandEyeVerb:
 
     Exit code 1 if the poses do not tell it, or do not belong together as declared.
 
-    bodyschema hand-eye RUN.toml
-    bodyschema hand-eye --robot-poses hand.csv --seen-poses tag.csv --seen-layout xyz_xyzw ...
+    Describe the run in a TOML file (see docs/hand_eye.md), or by flags:
+
+    bodyschema hand-eye --robot-poses hand.csv --seen-poses tag.csv --seen-layout xyz_xyzw
     """
 
     run_file: Annotated[tyro.conf.Positional[Path | None], tyro.conf.arg(metavar="RUN.toml")] = None

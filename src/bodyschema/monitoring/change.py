@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from bodyschema.estimation.discrepancy import Field, matern
 from bodyschema.estimation.estimate import Estimate
@@ -176,7 +176,7 @@ def _test_part(
     evidence = float(np.sum(along**2 / values[seen])) / spread
     return Suspect(
         part,
-        float(f_distribution.sf(evidence / degrees, degrees, rest)),
+        float(fdtrc(degrees, rest, evidence / degrees)),
         evidence - degrees * np.log(max(rest, 2)),
         change,
         tuple(variables.names[i] for i in B),

@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from bodyschema.monitoring.change import ChangeTest, Suspect
 
@@ -47,7 +47,7 @@ def two_beliefs(
         d, C = change[list(rows)], covariance[np.ix_(rows, rows)]
         T = float(d @ np.linalg.solve(C, d))
         suspects.append(
-            Suspect(part, float(chi2.sf(T, len(d))), T - len(d), d, tuple(names[i] for i in rows))
+            Suspect(part, float(chdtrc(len(d), T)), T - len(d), d, tuple(names[i] for i in rows))
         )
     p_value = min(1.0, len(suspects) * min(suspect.p_value for suspect in suspects))
     guilty = [s for s in suspects if s.p_value * len(suspects) < false_alarm]
