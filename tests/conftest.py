@@ -23,17 +23,23 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
 @pytest.fixture(scope="session")
 def shared_data() -> Callable[[str], Path]:
     """Return the folder of a recorded data set; skip where there is none, fail in CI."""
+    return lambda name: _shared("data", name, "recorded data set")
 
-    def folder(name: str) -> Path:
-        path = SHARED / "data" / name
-        if not path.is_dir():
-            message = f"the recorded data set '{name}' is not on this machine (looked in {path})"
-            if os.environ.get("CI") == "true":
-                pytest.fail(message)
-            pytest.skip(message)
-        return path
 
-    return folder
+@pytest.fixture(scope="session")
+def shared_cases() -> Callable[[str], Path]:
+    """Return the folder of a case that people met; skip where there is none, fail in CI."""
+    return lambda name: _shared("cases", name, "case")
+
+
+def _shared(kind: str, name: str, what: str) -> Path:
+    path = SHARED / kind / name
+    if not path.is_dir():
+        message = f"the {what} '{name}' is not on this machine (looked in {path})"
+        if os.environ.get("CI") == "true":
+            pytest.fail(message)
+        pytest.skip(message)
+    return path
 
 
 @pytest.fixture(scope="session")
