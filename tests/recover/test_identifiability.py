@@ -15,9 +15,12 @@ from bodyschema.estimation.identifiability import Identifiability, identifiabili
 from bodyschema.estimation.loss import fisher_share
 from bodyschema.estimation.normal_equations import level_rows, whiten
 from bodyschema.estimation.solver import Solver
+from bodyschema.model import parts
+from bodyschema.model.inertia import Inertia
 from bodyschema.model.tree import Body
-from bodyschema.model.variables import Variables, free_frame, free_joints, join
+from bodyschema.model.variables import Variables, free_frame, free_joints, free_part, join
 from bodyschema.senses.sense import Sense
+from bodyschema.senses.wrist_wrenches import WristWrenches
 from simulated import free_all, points, poses, postures, seen_arm
 
 Array = NDArray[np.float64]
@@ -184,6 +187,55 @@ def test_directions_that_a_motion_could_close_come_first(
     groups = free_joints(body, ["offsets", "gears"])
     found = told(body, join(groups, free_frame(body, "tracker")), [points(body, q, rng)])
     assert [direction.inherent for direction in found.directions] == [False, True]
+
+
+BOX = Inertia(0.6, np.array([0.016, -0.021, 0.092]), np.diag([3e-3, 2.4e-3, 1.6e-3]))
+STOOD_STILL = (
+    "moments of inertia of load had too little effect: only turning shows them, and what carries "
+    "the load hardly turned or stood still; swing it about all axes, with quick changes of speed."
+)
+
+
+def carried(body: Body, q: Array, rng: np.random.Generator, speed: float) -> Identifiability:
+    """A box on the tip, felt by a sensor that has no offset, with turns of so many rad/s."""
+    body = body.with_part("load", parts.load(BOX))
+    dq, ddq = speed * rng.normal(size=(2, *q.shape))
+    felt = WristWrenches.make(q, np.zeros((len(q), 6)), "tip", "base", dq=dq, ddq=5 * ddq)
+    there = felt.predict(body) + rng.normal(size=(len(q), 6)) * ([0.05] * 3 + [0.003] * 3)
+    return told(body, free_part(body, "load"), [replace(felt, observed=there)])
+
+
+def test_moments_of_a_load_that_stood_still(body: Body, q: Array, rng: np.random.Generator) -> None:
+    """Six open directions of its roots are one sentence, in words; mass and centre are told."""
+    found = carried(body, q, rng, speed=0.0)
+    assert len(found.directions) == 6
+    assert found.sentences == (STOOD_STILL,)
+    assert {name for d in found.directions for name in d.members} == {
+        f"load.{root}" for root in ("d1", "d2", "d3", "s12", "s23", "s13")
+    }
+
+
+def test_moments_of_a_load_that_swings_are_told(
+    body: Body, q: Array, rng: np.random.Generator
+) -> None:
+    assert carried(body, q, rng, speed=2.0).directions == ()
+
+
+def test_a_mass_beside_an_offset_that_gravity_never_crosses(
+    body: Body, q: Array, rng: np.random.Generator
+) -> None:
+    """Mass, centre and offset are named in words; the remedy speaks of the load, not of a root."""
+    body = body.with_part("load", parts.load(BOX)).with_part("ft", parts.force_sensor())
+    still = q[:1].repeat(60, axis=0)
+    felt = WristWrenches.make(still, np.zeros((60, 6)), "tip", "base", sensor="ft")
+    felt = replace(felt, observed=felt.predict(body) + 0.01 * rng.normal(size=(60, 6)))
+    offsets = [f"offset_{c}" for c in ("fx", "fy", "fz", "tx", "ty", "tz")]
+    free = join(free_part(body, "load", ["alpha", "t1"]), free_part(body, "ft", offsets))
+    said = " ".join(told(body, free, [felt]).sentences)
+    assert "the mass of load" in said
+    assert "the centre of mass of load" in said
+    assert "alpha" not in said
+    assert "rotate ft and load further" in said
 
 
 def test_without_parameters_there_is_nothing_to_tell(

@@ -11,7 +11,9 @@ no motion can close it, only another sense or a measured frame. Otherwise other 
 A parameter is named in a direction by the effect that its part alone would have on what is seen,
 |v_i| sqrt(F_ii): in an open direction these effects cancel. Inherent directions that are a plain
 motion of the geometry (a joint slides along its axis) are named so, see `invisible`; for the rest a
-sparse basis (column-pivoted reduction in effect units) names few parameters at a time.
+sparse basis (column-pivoted reduction in effect units) names few parameters at a time. The roots of
+a load are called by what they stand for: mass, centre of mass, moments of inertia. At rest the last
+do nothing, so that only motion tells them, whatever the postures.
 """
 
 from __future__ import annotations
@@ -44,6 +46,10 @@ RANDOM_POSTURES = 200
 LISTED = 5
 """Names that a sentence spells out."""
 
+MOMENTS = "moments of inertia"
+SAID = {"alpha": "the mass", **dict.fromkeys(("t1", "t2", "t3"), "the centre of mass")}
+"""What a root of a load stands for, see `model.inertia`; the other six are MOMENTS."""
+
 
 @dataclass(frozen=True)
 class OpenDirection:
@@ -69,8 +75,8 @@ class Identifiability:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """One for every open direction."""
-        return tuple(direction.sentence for direction in self.directions)
+        """What is open, each sentence once: all moments of inertia of a load share one."""
+        return tuple(dict.fromkeys(direction.sentence for direction in self.directions))
 
     def partners(self, name: str) -> tuple[str, ...]:
         """Variables that one cannot be told apart from; empty when it is determined."""
@@ -202,17 +208,30 @@ def _sparse_basis(null: Array, effect: Array) -> Array:
 def _direction(variables: Variables, row: Array, inherent: bool) -> OpenDirection:
     members = [i for i in range(len(row)) if abs(row[i]) >= NAMED_SHARE]
     names = tuple(variables.names[i] for i in members)
-    return OpenDirection(names, inherent, _sentence(names, inherent))
+    words = dict.fromkeys(_said(variables.names[i], variables.groups[i]) for i in members)
+    return OpenDirection(names, inherent, _sentence(names, tuple(words), inherent))
 
 
-def _sentence(names: tuple[str, ...], inherent: bool) -> str:
-    shown = _listed(names)
-    if len(names) == 1 and inherent:
+def _said(name: str, group: str) -> str:
+    if not group.startswith("load:"):
+        return name
+    load, _, root = name.rpartition(".")
+    return f"{SAID.get(root, MOMENTS)} of {load}"
+
+
+def _sentence(names: tuple[str, ...], words: tuple[str, ...], inherent: bool) -> str:
+    shown = _listed(words)
+    if len(words) == 1 and shown.startswith(MOMENTS):
+        return (
+            f"{shown} had too little effect: only turning shows them, and what carries the load "
+            "hardly turned or stood still; swing it about all axes, with quick changes of speed."
+        )
+    if len(words) == 1 and inherent:
         return f"{shown} has no effect on what was seen; only another sense can tell it."
     joints = sorted({name.split(".")[0] for name in names if name.endswith((".offset", ".gear"))})
     if not inherent:
         movers = _listed(joints or sorted({name.split(".")[0] for name in names}))
-        verb = "had too little effect" if len(names) == 1 else "could not be told apart"
+        verb = "had too little effect" if len(words) == 1 else "could not be told apart"
         return f"{shown} {verb} in these postures; rotate {movers} further to determine them."
     frames = sorted({name.split(".")[0] for name in names if ".turn_" in name})
     remedy = f"measure how '{frames[0]}' is mounted" if frames else "fix one of them as modelled"
