@@ -16,8 +16,8 @@ f = (nu + d) / (nu + d + 2) is the Student-t distribution's share of information
 `loss.fisher_share`. With forgetting lambda < 1 the prior P takes the place of what is
 forgotten, so directions that the data do not touch keep their prior variance instead of winding up.
 Noise levels follow a running mean of w (|r+|^2 + tr J C+ J^T) / d, the expectation-maximisation
-update of `batch` in recursive form. Unknown frames and the first levels come from a batch fit on a
-short burn-in; until then the samples wait in the state.
+update in recursive form. Unknown frames and the first levels come from a batch fit on a short
+burn-in; until then the samples wait in the state.
 """
 
 from __future__ import annotations

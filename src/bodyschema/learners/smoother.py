@@ -16,7 +16,7 @@ what the first one told. The sample that leaves the window is absorbed as it loo
 unless |r|^2 is beyond what normal noise does once in a thousand: a gross outlier teaches nothing.
 From the first sample that leaves, J is taken at an anchor, the estimate at that time: Jacobians at
 changing x have no common null space, and would seem to tell what no motion can tell (Huang,
-Mourikis, Roumeliotis 2008, see `gauss_newton`).
+Mourikis, Roumeliotis 2008, see `filter`).
 
 `forgetting` makes a group of variables uncertain again while all others keep what they know
 (`belief.forget`): a tool that was exchanged is learned anew, the arm is not.

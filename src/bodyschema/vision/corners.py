@@ -13,7 +13,7 @@ With the right image of a rectified pair, each corner is sought along its row:
 
     depth = f B / (u_left - u_right)
 
-and (u_left, v, u_right) is what `learning.hand_eye` takes. Without, u_right is nan.
+and (u_left, v, u_right) is what `learners.hand_eye` takes. Without, u_right is nan.
 """
 
 from __future__ import annotations
