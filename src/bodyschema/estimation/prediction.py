@@ -17,7 +17,7 @@ error is a mixture; its quantile is found by bisection.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,6 +46,11 @@ class PredictedError:
     """m: the same over all the postures together."""
     rotation_overall: float
     """rad."""
+
+    def widened(self, factor: float) -> PredictedError:
+        """The same so many times as large: what noise and few samples alone do not account for."""
+        grown = ("position", "rotation", "position_overall", "rotation_overall")
+        return replace(self, **{name: factor * getattr(self, name) for name in grown})
 
 
 def predict_error(

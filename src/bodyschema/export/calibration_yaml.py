@@ -49,6 +49,7 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "trust": calibration.trust.document,
         "tone": calibration.tone,
         "predicted_95_mm": millimetres_95(calibration),
+        "uncertainty": uncertainty(calibration),
         "notes": [*calibration.notes, *notes],
         "findings": list(calibration.findings),
         "learner": calibration.learner,
@@ -106,6 +107,24 @@ def millimetres_95(calibration: Calibration) -> float | None:
     """The error that what was asked for stays below with 95 %, mm; None where none is stated."""
     stated = calibration.stated_95
     return None if stated is None else rounded(1e3 * stated)
+
+
+def uncertainty(calibration: Calibration) -> dict[str, Any] | None:
+    """The stated 95 % and what it is made of, mm; None where nothing was weighed."""
+    weighing = calibration.weighing
+    if weighing is None:
+        return None
+    noise, common, total = (1e3 * v for v in (weighing.stated, weighing.core, weighing.total))
+    causes = [
+        {key: rounded(value) if isinstance(value, float) else value for key, value in c.items()}
+        for c in weighing.causes
+    ]
+    return {
+        "noise_mm_95": rounded(noise),
+        "with_common_errors_mm_95": rounded(common),
+        "total_mm_95": rounded(total),
+        "causes": causes,
+    }
 
 
 def predicted_errors(calibration: Calibration) -> list[dict[str, Any]]:

@@ -17,6 +17,7 @@ from bodyschema.estimation.prediction import PredictedError
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.model.tree import Body
 from bodyschema.trust.trust import Trust
+from bodyschema.trust.weighing import Weighing
 
 Array = NDArray[np.float64]
 Verdict = Literal["calibrated", "learned", "only frames", "refused"]
@@ -82,7 +83,8 @@ class Calibration:
     fields: Mapping[str, Discrepancy] = field(default_factory=dict)
     """The residual field of each sense, by its label."""
     predicted: tuple[PredictedError, ...] = ()
-    """Predicted 95 % error of what each sense looks at, over the postures that were seen."""
+    """Predicted 95 % error of what each sense looks at, over the postures that were seen; as wide
+    as `weighing` makes it."""
     predicted_anywhere: tuple[PredictedError, ...] = ()
     """The same over postures anywhere within the joint limits."""
     agreement: float = float("nan")
@@ -109,6 +111,9 @@ class Calibration:
     predicted_95: float | None = None
     """m: the error that what was asked for (a tool, a camera) stays below with 95 %, all that is
     known to be wrong included; see `stated_95`."""
+    weighing: Weighing | None = None
+    """What widened that error, and which causes would explain what is left; None where nobody
+    asked."""
 
     @property
     def before(self) -> str:

@@ -6,12 +6,15 @@
 2. The chosen model is fitted to all samples, with noise levels and robust weights.
 3. The answer carries held-out errors before and after, what the data cannot tell, outlier rows,
    a test of the clocks, and whether it is good enough to be written to a robot.
+4. What its samples hold against it widens the error that it states, or contradicts it
+   (`trust.weighing`).
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +44,9 @@ from bodyschema.judging.calibration import (
     describe_groups,
 )
 from bodyschema.judging.one_pass import Fitting
-from bodyschema.judging.telling import Telling, untold
+from bodyschema.judging.telling import Telling, untold, wanted_pairs
 from bodyschema.senses.sense import Sense
+from bodyschema.trust.weighing import weighed_up
 
 Array = NDArray[np.float64]
 
@@ -91,11 +95,9 @@ def judged(
         fits[model] = fitted(problem.variables(model), senses)
         tests[model] = judge(fits[model], fitted)
     # The largest model leaves the least geometry in the residuals: it tells outliers and lateness.
-    fullest = fits[models[-1]]
-    good = outlier_free(senses, fullest, loss)
-    outliers = {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
+    good = outlier_free(senses, fits[models[-1]], loss)
     rows = np.unique(np.concatenate([sense.rows for sense in senses]))
-    kept = ~np.isin(rows, list(outliers))
+    kept = ~np.isin(rows, list(_outliers(senses, good)))
     scored = {model: test.scored_by(kept) for model, test in tests.items()}
     candidates = _candidates(problem, scored, senses, good)
     chosen = _choose(scored, candidates) if choose else models[-1]
@@ -105,17 +107,51 @@ def judged(
     else:
         progress(f"{folds}-fold test of the robot as modelled")
         modelled = judge(problem.fit(still, senses), problem.fit)
-    nominal = Accuracy.of(senses, modelled.residuals, good)
-    fit, final = fits[chosen], tests[chosen]
-    corrected = Accuracy.of(senses, final.residuals, good)
-    progress("residual fields")
-    anywhere = random_postures(body, ANYWHERE, np.random.default_rng(seed))
     sure = scored[models[0]].behind(scored[chosen]) >= CONVINCING
+    trial = _Trial(senses, good, fits[chosen], fits[models[-1]], modelled, tests[chosen])
+    progress("residual fields, and what disagrees")
+    found = _answered(trial, problem, chosen, sure, candidates, seed)
+    return replace(found, seconds=time.perf_counter() - begin)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """All fits and tests that an answer is made from."""
+
+    senses: tuple[Sense, ...]
+    good: Sequence[NDArray[np.bool_]]
+    """(n,) for each sense: no outliers."""
+    fit: Estimate
+    fullest: Estimate
+    modelled: HeldOut
+    final: HeldOut
+
+
+def _answered(
+    trial: _Trial,
+    problem: Problem,
+    chosen: tuple[str, ...],
+    sure: bool,
+    candidates: tuple[Candidate, ...],
+    seed: int,
+) -> Calibration:
+    """The chosen model with its errors, its verdict, and how far it may be trusted."""
+    senses, good, fit, final = trial.senses, trial.good, trial.fit, trial.final
+    nominal = Accuracy.of(senses, trial.modelled.residuals, good)
+    corrected = Accuracy.of(senses, final.residuals, good)
+    anywhere = random_postures(problem.body, ANYWHERE, np.random.default_rng(seed))
     verdict, explanation = _verdict(chosen, sure, nominal, candidates[0].accuracy, corrected)
-    unknown = untold(fit, fullest, senses, anywhere) if verdict == "calibrated" else None
+    unknown = untold(fit, trial.fullest, senses, anywhere) if verdict == "calibrated" else None
     if unknown is not None:
         verdict, explanation = "refused", f"{explanation} {_untold(unknown)}"
-    return Calibration(
+    fields = {
+        sense.label: learn_discrepancy(fit.body, sense, mask)
+        for sense, mask in zip(senses, good, strict=True)
+    }
+    weighing = weighed_up(fit, trial.fullest, senses, fields, wanted_pairs(fit, senses), seed)
+    where_seen = [_predicted(fit, senses, s, _some(s.q)) for s in senses]
+    elsewhere = [_predicted(fit, senses, s, anywhere) for s in senses]
+    found = Calibration(
         verdict=verdict,
         explanation=explanation,
         fit=fit,
@@ -123,22 +159,26 @@ def judged(
         candidates=candidates,
         nominal=nominal,
         held_out=corrected,
-        with_field=Accuracy.of(senses, with_field(final, senses, loss), good),
-        nominal_residuals=modelled.residuals,
+        with_field=Accuracy.of(senses, with_field(final, senses, problem.learner.loss), good),
+        nominal_residuals=trial.modelled.residuals,
         residuals=final.residuals,
-        fields={
-            sense.label: learn_discrepancy(fit.body, sense, mask)
-            for sense, mask in zip(senses, good, strict=True)
-        },
-        predicted=tuple(_predicted(fit, senses, s, _some(s.q)) for s in senses),
-        predicted_anywhere=tuple(_predicted(fit, senses, s, anywhere) for s in senses),
+        fields=fields,
+        predicted=tuple(e.widened(weighing.widening) for e in where_seen),
+        predicted_anywhere=tuple(e.widened(weighing.widening) for e in elsewhere),
         agreement=_agreement(fit, senses, final.residuals, good),
         identifiability=identifiability(fit, senses, seed),
-        outliers=tuple(sorted(outliers)),
-        clock=check_clock(fullest, senses, seed),
-        n_rows=len(rows),
-        seconds=time.perf_counter() - begin,
+        outliers=tuple(sorted(_outliers(senses, good))),
+        clock=check_clock(trial.fullest, senses, seed),
+        n_rows=len(np.unique(np.concatenate([sense.rows for sense in senses]))),
+        predicted_95=weighing.total,
+        weighing=weighing,
     )
+    return found.believed(weighing.trust)
+
+
+def _outliers(senses: Sequence[Sense], good: Sequence[NDArray[np.bool_]]) -> set[int]:
+    """Rows with a sample that was held off."""
+    return {int(row) for s, mask in zip(senses, good, strict=True) for row in s.rows[~mask]}
 
 
 def _predicted(fit: Estimate, senses: Sequence[Sense], sense: Sense, q: Array) -> PredictedError:

@@ -59,12 +59,27 @@ def untold(fit: Estimate, fullest: Estimate, senses: Sequence[Sense], q: Array) 
         senses: what was seen. Where one of them sees positions, its held-out error speaks.
         q: (n, n_joints) postures in which the robot is to be right.
     """
-    if any(unit == "m" and count == 3 for s in senses for _, unit, count in s.measures):
+    if sees_positions(senses):
         return None
     found = [_telling(fit, fullest, a, b, q) for a, b in _robot_pairs(fit, senses)]
     if not found or any(telling.tells for telling in found):
         return None
     return max(found, key=lambda telling: telling.stated)
+
+
+def sees_positions(senses: Sequence[Sense]) -> bool:
+    """Whether any sense sees a place in all its coordinates."""
+    return any(unit == "m" and count == 3 for s in senses for _, unit, count in s.measures)
+
+
+def wanted_pairs(fit: Estimate, senses: Sequence[Sense]) -> list[tuple[str, str]]:
+    """Frames whose relative places the answer speaks of: what was seen, from what saw it.
+
+    Where no sense sees positions, the robot's own frames that carry the ends of the senses.
+    """
+    seen = [pair for sense in senses for pair in sense.pairs]
+    pairs = seen if sees_positions(senses) else _robot_pairs(fit, senses)
+    return list(dict.fromkeys(pairs or seen))
 
 
 def _robot_pairs(fit: Estimate, senses: Sequence[Sense]) -> list[tuple[str, str]]:

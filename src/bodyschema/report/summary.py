@@ -17,6 +17,7 @@ from bodyschema.export.calibration_yaml import (
     millimetres_95,
     predicted_errors,
     skeleton_entries,
+    uncertainty,
 )
 from bodyschema.export.load_entry import load_entries, load_lines
 from bodyschema.judging.calibration import Calibration
@@ -42,6 +43,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         "explanation": calibration.explanation,
         "trust": calibration.trust.document,
         "predicted_95_mm": millimetres_95(calibration),
+        "uncertainty": uncertainty(calibration),
         "learner": calibration.learner,
         "groups": list(calibration.groups),
         "skeleton": skeleton_entries(calibration),
@@ -148,14 +150,15 @@ def _print_parameters(console: Console, document: Mapping[str, Any]) -> None:
 
 
 def _prediction(document: Mapping[str, Any]) -> str:
-    """The worst predicted error in a sentence, and whether held-out errors bear it out."""
-    worst = max(document["predicted"], key=lambda entry: entry["position_mm_95"])
+    """The stated error first, what noise alone would leave, and the worst by postures."""
+    worst = max(entry["position_mm_95"] for entry in document["predicted"])
     anywhere = max(entry["anywhere_position_mm_95"] for entry in document["predicted"])
+    parts, first = document.get("uncertainty"), document["predicted_95_mm"]
+    alone = "" if parts is None else f", where noise alone would leave {parts['noise_mm_95']:.2f}"
     return (
-        f"Predicted error of the corrected body, noise apart: 95 % below "
-        f"[bold]{worst['position_mm_95']:.2f} mm[/] in the postures seen, {anywhere:.2f} mm "
-        f"anywhere; {100 * document['agreement']:.0f} % of the held-out errors lie within "
-        "their bounds.\n"
+        f"Predicted error of the corrected body: 95 % below [bold]{first:.2f} mm[/] over the joint "
+        f"ranges recorded{alone}. In the postures seen {worst:.2f} mm, anywhere {anywhere:.2f} mm; "
+        f"{100 * document['agreement']:.0f} % of the held-out errors lie within their bounds.\n"
     )
 
 

@@ -55,6 +55,13 @@ class Verdict:
     def _trust(self) -> list[str]:
         """How far off the body itself still is, and whether to believe that."""
         evidence, c = self.evidence, self.evidence.calibration
+        stated, weighing = c.stated_95, c.weighing
+        over_all = (
+            ""
+            if weighing is None
+            else f" Over the joint ranges that were recorded: {shown(stated, 'm', 2)}, where noise "
+            f"alone would leave {shown(weighing.stated, 'm', 2)}."
+        )
         worst = max(c.predicted, key=lambda p: p.position_overall)
         anywhere = max(p.position_overall for p in c.predicted_anywhere)
         lines = [
@@ -62,7 +69,8 @@ class Verdict:
             f"predicted to place '{worst.seen}' in '{worst.seen_from}' to within "
             f"{shown(worst.position_overall, 'm', 2)} (95 %) in the postures that were seen, and "
             f"to within {shown(anywhere, 'm', 2)} anywhere in joint space"
-            + (", the worst of all that was seen." if len(c.predicted) > 1 else "."),
+            + (", the worst of all that was seen." if len(c.predicted) > 1 else ".")
+            + over_all,
         ]
         low, high = 100 * min(evidence.shares, default=1), 100 * max(evidence.shares, default=1)
         inside = f"{low:.0f} %" if high - low < 0.5 else f"{low:.0f} to {high:.0f} % (by sense)"

@@ -5,7 +5,8 @@
     C = (A^T A + P)^-1         posterior covariance in these units, P = 1 (0 without a prior)
 
 At the end of a fit A^T z + P x = 0: the samples hold each other in balance. All tests of this room
-ask who pulls where.
+ask who pulls where. What a learner has not yet taken of its samples, the step -C (A^T z + P x), is
+taken here (z with it) and remembered.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ class Scores:
     senses: tuple[Sense, ...]
     roots: tuple[Array, ...]
     """(n,) sqrt(w) for each sense."""
-    z: Array
-    """(N,)."""
+    seen: Array
+    """(N,) z where the learner stands."""
     A: Array
     """(N, P)."""
     sample: Ints
@@ -76,6 +77,17 @@ class Scores:
         """(P,) diagonal of P."""
         variables = self.estimate.variables
         return np.asarray((variables.scale / variables.prior_std) ** 2)
+
+    @cached_property
+    def step(self) -> Array:
+        """(P,) what the learner has not yet taken, in units of the prior."""
+        x = self.estimate.x / self.estimate.variables.scale
+        return np.asarray(-self.C @ (self.A.T @ self.seen + self.precision * x))
+
+    @cached_property
+    def z(self) -> Array:
+        """(N,) at rest."""
+        return np.asarray(self.seen + self.A @ self.step)
 
     @cached_property
     def root(self) -> Array:

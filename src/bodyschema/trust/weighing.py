@@ -2,8 +2,9 @@
 
 Three uncertainties, in metres at the target:
 
-    stated    what noise and too few samples leave open: 95 % of J C J^T, times sqrt(kappa) for what
-              samples have in common (`inflation`), and the difference to the largest model;
+    core      what noise and too few samples leave open: 95 % of J C J^T, times sqrt(kappa) for what
+              samples have in common (`inflation`); or the difference to the largest model, or to
+              where the samples would take a learner, if that is larger;
     rivals    the error if what explains the residuals best is true (`rival`), or half the
               difference of two halves of the recording where that is no chance;
     field     what follows the posture smoothly (`discrepancy`), and what exceeds stated noise.
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +48,9 @@ WIDENED = 1.41
 FAR = 3.0
 """Error by a rival over core above which the answer is contradicted."""
 
+MOST_OF_IT = 0.5
+"""Share of what the fit leaves over, above which a rival that widens the error contradicts it."""
+
 RIVAL = 1e-3 / 12
 """Chance of a rival's gain below which it counts: one in a thousand for about twelve families."""
 
@@ -72,6 +77,20 @@ class Weighing:
     """m: the same if they were independent."""
     rivals: tuple[Weighed, ...]
     """That beat chance, best first."""
+
+    @property
+    def widening(self) -> float:
+        """Total over what independent samples would state; 1 where they leave nothing open."""
+        return self.total / self.stated if self.stated > 0 else 1.0
+
+    @property
+    def causes(self) -> list[dict[str, Any]]:
+        """Causes that would explain what is left, best first, in plain values; mm."""
+        return [
+            {"cause": r.family, "says": r.says, "share": r.share, "p_value": r.p_value,
+             "error_mm_95": 1e3 * r.bias}
+            for r in self.rivals
+        ]  # fmt: skip
 
 
 def weighed_up(
@@ -136,7 +155,9 @@ def _core(scores: Scores, fullest: Estimate, wanted: Sequence[Target]) -> tuple[
         rows = J @ scores.root
         stated = length_quantile(list(rows @ np.swapaxes(rows, 1, 2)), scores.freedom, 0.95)
         between = 0.0 if fullest is fit else target.between(fit, fullest)
-        pairs.append((stated, max(stated * np.sqrt(inflation(scores, J)), between)))
+        # An online learner may not have arrived.
+        ahead = length_95(J @ scores.step)
+        pairs.append((stated, max(stated * np.sqrt(inflation(scores, J)), between, ahead)))
     return max(s for s, _ in pairs), max(float(c) for _, c in pairs)
 
 
@@ -188,7 +209,8 @@ def _of_rivals(rivals: Sequence[Weighed], core: float, total: float) -> Trust:
         f"{100 * best.share:.0f} % of what the fit leaves over{beside}. If so, the result errs by "
         f"{shown(best.bias, 'm')} where noise alone would leave {shown(core, 'm')}."
     )
-    return Trust("contradicted" if best.bias > FAR * core else "limited", (said,))
+    against = best.bias > (WIDENED if best.share > MOST_OF_IT else FAR) * core
+    return Trust("contradicted" if against else "limited", (said,))
 
 
 def _of_size(core: float, total: float, split: str, field: float, excess: float) -> Trust:
