@@ -17,7 +17,11 @@ import pytest
 
 import bodyschema as bs
 from bodyschema.cli import run
+from bodyschema.cli.reading.robot import robot_of
+from bodyschema.cli.run_file import run_from_table
 from bodyschema.errors import InputError
+from bodyschema.export.urdf_patch import JointEdit, patch_urdf
+from bodyschema.model.kinematics import relative_pose
 
 Folder = Callable[[str], Path]
 
@@ -133,3 +137,42 @@ def test_eye_on_the_base(shared_cases: Folder) -> None:
     largest = float(np.sqrt(np.linalg.eigvalsh(solved.covariance[6:9, 6:9])[-1]))
     assert solved.largest_std == pytest.approx(largest, rel=1e-6)
     assert f"{1e3 * largest:.2g} mm" in solved.verdict
+
+
+# ---- robot descriptions ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["floating", "planar"])
+def test_joints_without_encoders(shared_cases: Folder, kind: str) -> None:
+    body = bs.Body.from_urdf(shared_cases("N_floating_planar") / f"{kind}.urdf")
+    tip = relative_pose(body, np.zeros(2), "world", "tip")
+    assert tip[:3, 3] == pytest.approx([0.3, 0, 0.6])
+    assert any(f"'root' is {kind}" in remark for remark in body.remarks)
+
+
+def test_a_prefix_that_nobody_declared(shared_cases: Folder) -> None:
+    path = shared_cases("O_unbound_prefix") / "arm.urdf"
+    assert bs.Body.from_urdf(path).joints == ("j1",)
+    source = path.read_bytes()
+    patched = patch_urdf(source, {"j1": JointEdit(xyz=(0.0, 0.0, 0.2))})
+    assert patched == source.replace(b'xyz="0 0 0.1"', b'xyz="0 0 0.2"')
+
+
+def test_a_zero_that_the_urdf_states_itself(shared_cases: Folder, calibrate: Verb) -> None:
+    code, answer, _ = calibrate(shared_cases("Q_calibration_rising") / "run.toml")
+    assert code == 0
+    found = {p["name"]: p["value"] for p in answer["parameters"]}
+    assert found["j2.offset"] == pytest.approx(0.2, abs=0.005)
+    (note,) = [note for note in answer["notes"] if "'j2'" in note]
+    assert 'rising="0.2"' in note
+    assert "turns by both" in note
+
+
+def test_arguments_of_xacro(shared_cases: Folder) -> None:
+    pytest.importorskip("xacrodoc")
+    path = shared_cases("P_xacro_args") / "arm.urdf.xacro"
+    with pytest.raises(InputError, match=r'robot_arguments = \{ reach = "\.\.\." \}'):
+        bs.Body.from_urdf(path)
+    table = {"robot": str(path), "recording": "none.csv", "robot_arguments": {"reach": "0.3"}}
+    body = robot_of(run_from_table(table, path.parent, "'run.toml'"))
+    assert body.placement[body.frame_index("l1"), 2, 3] == pytest.approx(0.3)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from bodyschema.acting.next_poses import Plan, plan_poses
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.export.calibration_yaml import calibration_document
+from bodyschema.export.double_zeros import double_zeros
 from bodyschema.export.record import decoded
 from bodyschema.export.result_folder import (
     ANSWER,
@@ -79,6 +80,10 @@ class Answer(Calibration):
             more: fields that differ from those found.
         """
         fields = {**vars(found), **more}
+        notes = [*found.notes, *described.remarks]
+        if found.corrects and found.verdict in ("calibrated", "learned"):
+            notes += double_zeros(described, found.body)
+        fields["notes"] = tuple(notes)
         return cls(**fields, described=described, run=run or {}, senses=tuple(senses))
 
     @property

@@ -31,21 +31,27 @@ class Export:
         """Patch and write; see the module's text."""
         from bodyschema.answers.answer import load
         from bodyschema.atomic import new_file
-        from bodyschema.export.corrections import corrected_urdf
+        from bodyschema.export.corrections import corrected_body, corrected_urdf
+        from bodyschema.export.double_zeros import double_zeros
         from bodyschema.model.urdf import parse_urdf, urdf_text
 
         if self.out.resolve() == self.robot.resolve():
             raise InputError(f"'{self.out}' is the input; name another file for the result.")
         if self.out.exists() and not self.overwrite:
             raise InputError(f"'{self.out}' exists; name another file or pass --overwrite.")
-        answer, text = load(self.result), urdf_text(self.robot, {})
-        patched, changed = corrected_urdf(answer, text, parse_urdf(text, self.robot, {}))
+        answer = load(self.result)
+        packages = answer.run.get("packages", {})
+        text = urdf_text(self.robot, packages, answer.run.get("robot_arguments", {}))
+        nominal = parse_urdf(text, self.robot, packages)
+        patched, changed = corrected_urdf(answer, text, nominal)
+        notes = double_zeros(nominal, corrected_body(answer, nominal))
         with new_file(self.out) as temporary:
             temporary.write_bytes(patched)
         if self.json:
-            print(json.dumps({"urdf": str(self.out), "joints": changed}))
+            print(json.dumps({"urdf": str(self.out), "joints": changed, "notes": notes}))
         else:
             print(
                 f"Corrected {len(changed)} joints in {self.out}. Next: diff {self.robot} {self.out}"
             )
+            print("".join(f"{note}\n" for note in notes), end="")
         return 0

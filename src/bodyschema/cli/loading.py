@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import cast
 
 from bodyschema import lie
@@ -13,7 +12,7 @@ from bodyschema.cli.reading.joints import refuse_missing
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.part_kinds import freed, made
 from bodyschema.cli.reading.pose_lists import pose_sense
-from bodyschema.cli.reading.robot import read_robot
+from bodyschema.cli.reading.robot import robot_of
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.sense_kinds import make_sense, parts_of
 from bodyschema.cli.run_file import RunFile
@@ -73,7 +72,7 @@ def described(run: RunFile) -> Body:
     """
     if run.skeleton:
         return Body.from_arrangement(run.skeleton)
-    return read_robot(Path(run.robot), run.packages)
+    return robot_of(run)
 
 
 def with_frames(run: RunFile, body: Body) -> Body:
@@ -109,7 +108,7 @@ def read_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
         return (pose_sense(run, body),)
     shown = body
     if not body.visuals and run.robot and any(entry.kind == "outlines" for entry in run.senses):
-        shown = replace(body, visuals=read_robot(Path(run.robot), run.packages).visuals)
+        shown = replace(body, visuals=robot_of(run).visuals)
     return _senses(run, _recordings(run, shown))
 
 

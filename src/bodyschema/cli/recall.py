@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bodyschema.cli.loading import blank_senses, read_senses
-from bodyschema.cli.reading.robot import read_robot
+from bodyschema.cli.reading.robot import robot_of
 from bodyschema.cli.run_file import run_from_record
 from bodyschema.errors import BodyschemaError, InputError
 from bodyschema.model.tree import Body, Visual
@@ -45,7 +45,7 @@ def recall(document: Mapping[str, Any], body: Body, robot: Path | None = None) -
         raise InputError(f"no robot description at '{robot}'; give the path of a URDF file.")
     try:
         if robot or run.robot:
-            visuals = read_robot(robot or Path(run.robot), run.packages).visuals
+            visuals = robot_of(run, robot).visuals
     except BodyschemaError as error:
         notes.append(f"The robot description was not read again: {error}")
     seen = replace(body, visuals=visuals)

@@ -1,6 +1,7 @@
 """The run file: one TOML that names the robot, the recording, and what is seen of what.
 
     robot = "arm.urdf"                      # URDF, xacro, or a DH table (.toml, .json)
+    robot_arguments = { dof = "7" }         # optional: of a xacro file
     skeleton = "arm.toml"                   # instead: an arrangement, to learn the geometry of
     recording = "data.csv"                  # CSV or Parquet; a list of files is joined row by row
     time = "t"                              # optional: the column of times; "" if there is no clock
@@ -82,6 +83,8 @@ class RunFile:
     free: FreeEntry = field(default_factory=FreeEntry)
     time: str | None = None
     packages: dict[str, str] = field(default_factory=dict)
+    robot_arguments: dict[str, str] = field(default_factory=dict)
+    """Of a robot that is a xacro file, by name."""
     folds: int = 5
     seed: int = 0
     learner: str = "batch"
@@ -177,6 +180,7 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         "hand_eye": _hand_eye(table.get("hand_eye"), f"[hand_eye] of {where}"),
         "free": entry_of(FreeEntry, table.get("free", {}), f"[free] of {where}"),
         "packages": {k: str(here / v) for k, v in table.get("packages", {}).items()},
+        "robot_arguments": _arguments(table.get("robot_arguments", {})),
     }
     refuse_unknown(RunFile, entries, where)
     described = bool(entries["robot"]) + bool(entries["skeleton"])
@@ -203,6 +207,19 @@ def _hand_eye(table: Any, where: str) -> HandEyeEntry | None:
 def _path(named: Any, here: Path) -> Any:
     """The path of a file, "" for none; anything else as it is, to be refused by its type."""
     return str(here / named) if isinstance(named, str) and named else named or ""
+
+
+def _arguments(table: Any) -> Any:
+    """Values as xacro takes them; anything that is no table as it is, to be refused by its type."""
+    if not isinstance(table, Mapping):
+        return table
+    return {name: _word(value) for name, value in table.items()}
+
+
+def _word(value: Any) -> Any:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value) if isinstance(value, int | float) else value
 
 
 def _files(named: Any, here: Path) -> tuple[str, ...]:

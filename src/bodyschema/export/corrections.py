@@ -27,6 +27,20 @@ def joint_corrections(calibration: Calibration) -> dict[str, float]:
     return {name: float(x) for name, group, x in rows if group in GROUPS}
 
 
+def corrected_body(calibration: Calibration, nominal: Body) -> Body:
+    """A robot with the corrections of an answer.
+
+    Raises:
+        InputError: nothing may be put on a robot, or this one lacks a joint.
+    """
+    wanted, free = joint_corrections(calibration), free_joints(nominal)
+    unknown = [name for name in wanted if name not in free.names]
+    if unknown:
+        hint = did_you_mean(unknown[0], free.names)
+        raise InputError(f"'{nominal.name}' has no {unknown[0]}{hint}")
+    return nominal.with_variables(free, [wanted.get(n, 0.0) for n in free.names])
+
+
 def corrected_urdf(calibration: Calibration, text: bytes, nominal: Body) -> tuple[bytes, list[str]]:
     """A description with the corrections and the loads, byte by byte the same otherwise.
 
@@ -41,18 +55,12 @@ def corrected_urdf(calibration: Calibration, text: bytes, nominal: Body) -> tupl
     Raises:
         InputError: nothing may be put on a robot, or this one lacks a joint or the sensor's link.
     """
-    wanted, free = joint_corrections(calibration), free_joints(nominal)
-    unknown = [name for name in wanted if name not in free.names]
-    if unknown:
-        hint = did_you_mean(unknown[0], free.names)
-        raise InputError(f"'{nominal.name}' has no {unknown[0]}{hint}")
-    loads = carried_loads(calibration)
-    if not wanted and not loads:
+    body, loads = corrected_body(calibration, nominal), carried_loads(calibration)
+    if not joint_corrections(calibration) and not loads:
         raise InputError(
             "the result corrects no joint and knows no load on a link of a robot; "
             "there is nothing to export."
         )
-    body = nominal.with_variables(free, [wanted.get(n, 0.0) for n in free.names])
     edits, changed = urdf_edits(nominal, body), []
     patched = patch_urdf(text, edits)
     for link, carried in loads.items():

@@ -139,7 +139,9 @@ def result_files(
     calibration: Calibration, nominal: Body, source: Path | None, packages: Packages
 ) -> dict[str, bytes]:
     """Contents of the files that the answer decides, by name; see `write_result`."""
-    text = None if source is None or source.suffix in TABLES else urdf_text(source, packages)
+    text = None
+    if source is not None and source.suffix not in TABLES:
+        text = urdf_text(source, packages, nominal.arguments)
     if text is not None and source is not None:
         # What the file says is what is patched, whatever was done to the body since.
         nominal = parse_urdf(text, source, packages)

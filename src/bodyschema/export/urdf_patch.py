@@ -18,6 +18,7 @@ from xml.parsers import expat
 
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.export.joint_edit import DEFAULTS, JointEdit, clean
+from bodyschema.model.urdf_xml import lenient
 
 __all__ = ["JointEdit", "patch_urdf"]
 
@@ -97,7 +98,7 @@ class _JointFinder:
     def find(self, source: bytes) -> dict[str, _Element]:
         """Return the place of each joint by its name."""
         try:
-            self._parser.Parse(source, True)
+            self._parser.Parse(lenient(source), True)
         except (expat.ExpatError, LookupError, ValueError) as error:  # the XML, or its encoding
             raise InputError(f"cannot read the URDF as XML: {error}.") from error
         return self._joints

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -83,13 +84,32 @@ class Body:
     """Lenses, loads, sensors, clocks and targets by name; see `parts`."""
     source: str = ""
     """Path of the description that it was read from; "" if there is none."""
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    """Of a xacro file, by name."""
+    remarks: tuple[str, ...] = ()
+    """What of the description was read otherwise than it says, a sentence each."""
+    stated_zeros: Mapping[str, str] = field(default_factory=dict)
+    """Joint -> how the description writes a zero that only some drivers honour; no part of q."""
 
     @classmethod
-    def from_urdf(cls, path: str | Path, packages: Mapping[str, str | Path] | None = None) -> Body:
-        """Read a URDF or xacro file; see `bodyschema.model.urdf.read_urdf`."""
+    def from_urdf(
+        cls,
+        path: str | Path,
+        packages: Mapping[str, str | Path] | None = None,
+        arguments: Mapping[str, Any] | None = None,
+    ) -> Body:
+        """Read a URDF or xacro file; see `bodyschema.model.urdf.read_urdf`.
+
+        Args:
+            path: the file.
+            packages: folder of each ROS package that it names.
+            arguments: of a xacro file, by name.
+        """
         from bodyschema.model.urdf import read_urdf
 
-        return replace(read_urdf(Path(path), packages or {}), source=str(Path(path).resolve()))
+        given = {name: str(value) for name, value in (arguments or {}).items()}
+        body = read_urdf(Path(path), packages or {}, given)
+        return replace(body, source=str(Path(path).resolve()), arguments=given)
 
     @classmethod
     def from_dh(cls, path: str | Path) -> Body:
@@ -144,6 +164,8 @@ class Body:
         mimics: Mapping[str, tuple[str, float, float]] | None = None,
         joints: Sequence[str] | None = None,
         visuals: Sequence[Visual] = (),
+        remarks: Sequence[str] = (),
+        stated_zeros: Mapping[str, str] | None = None,
     ) -> Body:
         """A body from plain lists; `mimics` maps a joint to (joint followed, rate, shift)."""
         follow = mimics or {}
@@ -169,6 +191,8 @@ class Body:
             gear=np.zeros(len(order)),
             offset=np.zeros(len(order)),
             visuals=tuple(visuals),
+            remarks=tuple(remarks),
+            stated_zeros=stated_zeros or {},
         )
 
     def frame_index(self, frame: str) -> int:

@@ -9,65 +9,68 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from xml.parsers import expat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.errors import InputError, MissingExtraError, did_you_mean
+from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.kernels import FIXED, PRISMATIC, REVOLUTE
 from bodyschema.model.meshes import Packages, resolve_mesh
 from bodyschema.model.tree import Body, Visual
+from bodyschema.model.urdf_xacro import expanded
+from bodyschema.model.urdf_xml import xml_root
+from bodyschema.model.urdf_zeros import stated_zeros
 
 Array = NDArray[np.float64]
 
-KINDS = {"revolute": REVOLUTE, "continuous": REVOLUTE, "prismatic": PRISMATIC, "fixed": FIXED}
+KINDS = {
+    "revolute": REVOLUTE,
+    "continuous": REVOLUTE,
+    "prismatic": PRISMATIC,
+    "fixed": FIXED,
+    "floating": FIXED,
+    "planar": FIXED,
+}
+HELD = ("floating", "planar")
+"""Joints that no encoder reads: they are held at their origins, and the body says so."""
 
 
-def read_urdf(path: Path, packages: Packages) -> Body:
+def read_urdf(path: Path, packages: Packages, arguments: Mapping[str, str] | None = None) -> Body:
     """Read a robot description.
 
     Args:
         path: a .urdf file, or a .xacro file (needs the extra `xacro`).
         packages: folder of each ROS package that meshes name by package://.
+        arguments: of a xacro file, by name.
 
     Raises:
         InputError: the file is missing, is no URDF, or describes no tree.
     """
-    return parse_urdf(urdf_text(path, packages), path, packages)
+    return parse_urdf(urdf_text(path, packages, arguments), path, packages)
 
 
-def urdf_text(path: Path, packages: Packages) -> bytes:
-    """The URDF as bytes, xacro expanded."""
+def urdf_text(path: Path, packages: Packages, arguments: Mapping[str, str] | None = None) -> bytes:
+    """The URDF as bytes, xacro expanded with its arguments."""
     if not path.is_file():
         raise InputError(f"no robot description at '{path}'; give the path of a URDF file.")
     if path.suffix != ".xacro":
         return path.read_bytes()
-    try:
-        import xacrodoc
-    except ImportError:
-        raise MissingExtraError("xacrodoc", "xacro", f"reading '{path.name}'") from None
-    xacrodoc.packages.update_package_cache(packages)
-    try:
-        # Packages that only meshes name may be missing; `resolve_mesh` deals with them.
-        document = xacrodoc.XacroDoc.from_file(path, resolve_packages=False)
-    except Exception as error:  # xacro evaluates Python, so anything may be raised
-        reason = str(error).partition("\n")[0].rstrip(". ")
-        raise InputError(f"'{path}' is no xacro that can be expanded: {reason}.") from None
-    return str(document.to_urdf_string()).encode()
+    return expanded(path, packages, arguments or {})
 
 
 def parse_urdf(text: bytes, path: Path, packages: Packages) -> Body:
     """The body described by the text; `path` names it in messages and anchors mesh paths."""
     try:
-        robot = ET.fromstring(text)
-    except ET.ParseError as error:
+        robot = xml_root(text)
+    except (expat.ExpatError, LookupError, ValueError) as error:  # the XML, or its encoding
         raise InputError(f"'{path}' is not well-formed XML: {error}.") from None
     if robot.tag != "robot":
         raise InputError(f"'{path}' is no URDF: its root is <{robot.tag}>, expected <robot>.")
     joints, links = _by_name(robot, "joint", path), list(_by_name(robot, "link", path))
     order = _sorted_joints(joints, links, path)
-    movers = [name for name, joint in joints.items() if KINDS[joint.get("type", "")] != FIXED]
+    movers = [name for name, joint in joints.items() if KINDS[_kind(joint)] != FIXED]
     followers = [name for name in movers if joints[name].find("mimic") is not None]
     mimics = {name: _mimic(joints[name], movers, path) for name in followers}
     mimics = {name: _leader(name, mimics, path) for name in mimics}
@@ -77,14 +80,29 @@ def parse_urdf(text: bytes, path: Path, packages: Packages) -> Body:
         frames=frames,
         carriers=["", *order[1:]],
         parent=[-1, *(frames.index(_parent(joints[name])) for name in order[1:])],
-        kind=[FIXED, *(KINDS[joints[name].get("type", "")] for name in order[1:])],
+        kind=[FIXED, *(KINDS[_kind(joints[name])] for name in order[1:])],
         axis=[[0.0, 0.0, 1.0], *(_axis(joints[name], path) for name in order[1:])],
         placement=[np.eye(4), *(_origin(joints[name], path) for name in order[1:])],
         limits={name: _limits(joints[name], path) for name in movers},
         mimics=mimics,
         joints=[name for name in movers if name not in mimics],
         visuals=_visuals(robot, path, packages),
+        remarks=[_held(name, joints[name]) for name in order[1:] if _kind(joints[name]) in HELD],
+        stated_zeros=stated_zeros(robot),
     )
+
+
+def _held(name: str, joint: ET.Element) -> str:
+    """What to know of a joint without an encoder."""
+    return (
+        f"Joint '{name}' is {_kind(joint)} and has no encoder, so '{_child(joint)}' was held at "
+        f"its origin on '{_parent(joint)}'; if it moved during the recording, see it from a frame "
+        "on the robot's side of that joint."
+    )
+
+
+def _kind(joint: ET.Element) -> str:
+    return joint.get("type", "")
 
 
 def _by_name(robot: ET.Element, tag: str, path: Path) -> dict[str, ET.Element]:
@@ -169,7 +187,7 @@ def _axis(joint: ET.Element, path: Path) -> list[float]:
     axis = np.array(_numbers(text, 3, f"<axis> of '{joint.get('name')}'", path))
     length = np.linalg.norm(axis)
     if length < 1e-9:
-        if joint.get("type") == "fixed":
+        if KINDS[_kind(joint)] == FIXED:
             return [1.0, 0.0, 0.0]
         raise InputError(f"<axis> of joint '{joint.get('name')}' in '{path}' has no length.")
     return [float(value) for value in axis / length]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import bodyschema as bs
 from bodyschema import Body, InputError, Sense
+from bodyschema.cli import run as main
 from bodyschema.cli.loading import blank_senses, load, read_senses
 from bodyschema.cli.reading import part_kinds
 from bodyschema.cli.reading.sense_entry import SenseEntry
@@ -494,7 +495,7 @@ def test_the_examples_of_the_page_are_read(block: str, tmp_path: Path) -> None:
     alone = "hand_eye" in table
     base = {} if alone else {"robot": "arm.urdf", "recording": "data.csv"}
     run = run_from_table({**base, **table}, tmp_path, "the page")
-    assert len(run.senses) == len(table["senses"])
+    assert len(run.senses) == len(table.get("senses", []))
 
 
 def test_the_tables_of_the_page_have_every_kind_and_key() -> None:
@@ -533,3 +534,44 @@ columns = ["x", "y", "z", "qx", "qy", "qz", "qw"]
     answer = bs.calibrate(loaded.body, loaded.senses, loaded.frames, ["offsets"], folds=2)
     found = np.rad2deg(answer.body.offset[1:5])
     assert found == pytest.approx([2.0, -3.0, 1.5, -2.5], abs=0.1)
+
+
+def test_arguments_of_a_xacro_file(tmp_path: Path) -> None:
+    base = {"robot": "arm.urdf.xacro", "recording": "data.csv"}
+    given = {"dof": 7, "reach": 0.3, "gripper": False, "name": "left"}
+    run = run_from_table({**base, "robot_arguments": given}, tmp_path, "run.toml")
+    words = {"dof": "7", "reach": "0.3", "gripper": "false", "name": "left"}
+    assert run.robot_arguments == words, "as xacro takes them"
+    with pytest.raises(InputError, match="did you mean 'robot_arguments'"):
+        run_from_table({**base, "robot_argument": given}, tmp_path, "run.toml")
+    with pytest.raises(InputError, match=r"robot_arguments = .* expected a section of keys"):
+        run_from_table({**base, "robot_arguments": {"a": [1]}}, tmp_path, "run.toml")
+
+
+TOOL = """<xacro:arg name="tool"/><link name="$(arg tool)"/><joint name="t" type="fixed">
+<parent link="tip"/><child link="$(arg tool)"/></joint></robot>"""
+
+
+def test_the_corrected_robot_is_expanded_with_the_same_arguments(tmp_path: Path, arm: Body) -> None:
+    """Where it is written, and where another description is corrected by `export`."""
+    pytest.importorskip("xacrodoc")
+    text = write_urdf(arm).decode().replace("</robot>", TOOL)
+    text = text.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ')
+    (tmp_path / "arm.urdf.xacro").write_text(text)
+    rng = np.random.default_rng(5)
+    q = rng.uniform(-1, 1, (20, 3))
+    p = relative_pose(arm, q + 0.05, "base", "tip")[:, :3, 3] + 1e-3 * rng.normal(size=(20, 3))
+    columns = {joint: q[:, j] for j, joint in enumerate(arm.joints)}
+    write_table(tmp_path / "data.csv", {**columns, **named("x y z", p)})
+    (tmp_path / "run.toml").write_text(
+        'robot = "arm.urdf.xacro"\nrobot_arguments = { tool = "pen" }\nrecording = "data.csv"\n'
+        '[frames.eye]\nparent = "base"\n[frames.mark]\nparent = "pen"\n[[senses]]\n'
+        'kind = "points"\nseen_from = "eye"\nseen = "mark"\ncolumns = ["x", "y", "z"]\n'
+    )
+    out, other = tmp_path / "out", tmp_path / "other.urdf"
+    calibrate = ["calibrate", str(tmp_path / "run.toml"), "-o", str(out), "--free", "offsets"]
+    assert main(calibrate) == 0
+    assert '<link name="pen"/>' in (out / "robot.urdf").read_text()
+    given = ["--robot", str(tmp_path / "arm.urdf.xacro"), "--out", str(other)]
+    assert main(["export", str(out), *given]) == 0
+    assert '<link name="pen"/>' in other.read_text()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bodyschema.errors import InputError
+from bodyschema.export.urdf_patch import JointEdit, patch_urdf
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 
@@ -99,8 +100,7 @@ def mimic(attributes: str) -> str:
         (LINKS + '<link name="arm"/>' + SHOULDER + WRIST, "has two links named 'arm'"),
         ("<link/>", "has a <link> without a name"),
         (LINKS + joint("a", "base", "armm"), "names link 'armm'; did you mean 'arm'"),
-        (LINKS + joint("a", "base", "arm", "", "floating"), "'a' .*type 'floating'; expected one"),
-        (LINKS + joint("a", "base", "arm", "", "planar"), "type 'planar'; expected one of revol"),
+        (LINKS + joint("a", "base", "arm", "", "spherical"), "type 'spherical'; expected one of"),
         (mimic('joint="sholder"'), "'wrist' mimics 'sholder', .* did you mean 'shoulder'"),
         (mimic('joint="wrist"'), "'wrist' .*mimics itself through others"),
         (mimic('joint="shoulder" multiplier="x"'), "<mimic> of 'wrist' .*1 numbers?, it is 'x'"),
@@ -198,3 +198,38 @@ def test_meshes_are_found_beside_above_and_in_packages(read: Reader, tmp_path: P
     assert resolved("package://lost/a.stl") == "package://lost/a.stl"
     packages = {"lost": tmp_path / "found"}
     assert resolved("package://lost/a.stl", packages=packages) == str(tmp_path / "found" / "a.stl")
+
+
+@pytest.mark.parametrize("kind", ["floating", "planar"])
+def test_joints_without_encoders_are_held_at_their_origins(read: Reader, kind: str) -> None:
+    inside = '<origin xyz="0 0 1"/><axis xyz="0 0 0"/>'
+    body = read(LINKS + joint("root", "base", "arm", inside, kind) + WRIST)
+    assert body.joints == ("wrist",)
+    assert relative_pose(body, [0.0], "base", "hand")[:3, 3].tolist() == [0, 0, 1]
+    (remark,) = body.remarks
+    assert f"'root' is {kind}" in remark
+    assert "'arm' was held at its origin on 'base'" in remark
+    assert read(LINKS + SHOULDER + WRIST).remarks == ()
+
+
+LAX = [
+    pytest.param('<robot name="r"><sensor:camera name="eye"/>%s</robot>', id="prefix"),
+    pytest.param('\n<?xml version="1.0"?>\n<robot name="r">%s</robot>', id="late declaration"),
+    pytest.param('<robot name="r"><!-- -- arm -- --->%s</robot>', id="dashes"),
+    pytest.param(
+        '<robot name="r"><gazebo><![CDATA[<!-- a -- ]]></gazebo>%s</robot>', id="no comment"
+    ),
+]
+
+
+@pytest.mark.parametrize("text", LAX)
+def test_what_is_no_xml_but_read_by_everybody_is_read_and_patched(
+    tmp_path: Path, text: str
+) -> None:
+    path = tmp_path / "robot.urdf"
+    inside = '<origin xyz="0 0 0.1"/>'
+    path.write_text(text % (LINKS + joint("shoulder", "base", "arm", inside) + WRIST))
+    assert Body.from_urdf(path).joints == ("shoulder", "wrist")
+    source = path.read_bytes()
+    patched = patch_urdf(source, {"shoulder": JointEdit(xyz=(0.0, 0.0, 0.2))})
+    assert patched == source.replace(b"0 0 0.1", b"0 0 0.2")

@@ -67,3 +67,27 @@ def test_xacro_packages_are_given_or_refused(tmp_path: Path) -> None:
     path.write_text(XACRO.replace("0.1 * 3", "reech"))
     with pytest.raises(InputError, match=r"name 'reech' is not defined"):
         Body.from_urdf(path)
+
+
+def test_arguments_of_xacro(tmp_path: Path) -> None:
+    """With and without a default; numbers as words; a commented one asks for nothing."""
+    pytest.importorskip("xacrodoc")
+    path = tmp_path / "arm.xacro"
+    path.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:arg name="reach"/><xacro:arg name="side" default="0.2"/>'
+        '<!-- <xacro:arg name="gone"/> --><link name="base"/><link name="hand"/>'
+        '<joint name="j" type="fixed"><parent link="base"/><child link="hand"/>'
+        '<origin xyz="$(arg side) 0 $(arg reach)"/></joint></robot>'
+    )
+    assert Body.from_urdf(path, arguments={"reach": 0.3}).placement[1, :3, 3].tolist() == [
+        0.2, 0, 0.3,
+    ]  # fmt: skip
+    body = Body.from_urdf(path, arguments={"reach": "0.3", "side": "0.1"})
+    assert body.placement[1, :3, 3].tolist() == [0.1, 0, 0.3]
+    assert body.arguments == {"reach": "0.3", "side": "0.1"}
+    with pytest.raises(InputError, match=r"needs the xacro argument 'reach'; .*robot_arguments"):
+        Body.from_urdf(path)
+    path.write_text(path.read_text().replace("$(arg side)", "$(arg dof)"))
+    with pytest.raises(InputError, match=r"needs the xacro argument 'dof'"):
+        Body.from_urdf(path, arguments={"reach": 0.3})

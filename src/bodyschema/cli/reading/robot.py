@@ -4,12 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bodyschema.model.tree import Body
 
+if TYPE_CHECKING:
+    from bodyschema.cli.run_file import RunFile
 
-def read_robot(path: Path, packages: Mapping[str, str] | None = None) -> Body:
-    """A URDF or xacro file, or a DH table in TOML or JSON."""
+
+def read_robot(
+    path: Path,
+    packages: Mapping[str, str] | None = None,
+    arguments: Mapping[str, str] | None = None,
+) -> Body:
+    """A URDF or xacro file with its packages and arguments, or a DH table in TOML or JSON."""
     if path.suffix in (".toml", ".json"):
         return Body.from_dh(path)
-    return Body.from_urdf(path, packages)
+    return Body.from_urdf(path, packages, arguments)
+
+
+def robot_of(run: RunFile, path: Path | None = None) -> Body:
+    """The robot of a run, or another description of it."""
+    return read_robot(path or Path(run.robot), run.packages, run.robot_arguments)

@@ -248,12 +248,12 @@ def held_tables(
     Raises:
         InputError: the robot, a file or a column cannot be read.
     """
-    from bodyschema.cli.reading.robot import read_robot
+    from bodyschema.cli.reading.robot import robot_of
 
     wrist = run.wrist
     if wrist is None:
         raise InputError("the run does not say which columns hold the wrench; add [wrench].")
-    body = read_robot(Path(run.robot), run.packages) if run.robot else None
+    body = robot_of(run) if run.robot else None
     table = wrist_table(run, run.recording, body)
     empty = wrist_table(run, (wrist.empty_recording,), body) if wrist.empty_recording else None
     return table, empty, wrist.declared(run.time), wrist

@@ -22,7 +22,7 @@ from bodyschema.cli.reading.picture_sections import (
     offset_spread,
 )
 from bodyschema.cli.reading.pictures import picture_path
-from bodyschema.cli.reading.robot import read_robot
+from bodyschema.cli.reading.robot import robot_of
 from bodyschema.cli.run_file import RunFile
 from bodyschema.errors import InputError
 from bodyschema.export.result_folder import sha256
@@ -73,7 +73,7 @@ class Album:
         pictures = run.pictures
         if pictures is None:
             raise InputError("the run file names no camera; add a section [cameras.NAME].")
-        nominal = body = read_robot(Path(run.robot), run.packages)
+        nominal = body = robot_of(run)
         for name, entry in pictures.cameras.items():
             T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
             body = body.attach(name, entry.parent, T)
