@@ -1,0 +1,1 @@
+"""Robots with known faults, and whether what is said of them is honest; see `honesty.py`."""

@@ -1,0 +1,74 @@
+"""The campaign of honest numbers: its truths are true, its runs repeat, its counts are told."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import honesty
+from bodyschema.model.kinematics import relative_pose
+from honest.faults import FAULTS
+from honest.outcome import Outcome
+from honest.scene import Plan, draw
+from honest.tally import tally
+
+
+@pytest.mark.parametrize("sense", ["points", "poses", "pixels"])
+def test_without_a_fault_the_world_is_the_true_body(sense):
+    scene = draw(Plan((sense,), errors=("full",)), np.random.default_rng(0))
+    expected = relative_pose(scene.world.body, scene.motion.q, "tracker", "tool")
+    np.testing.assert_allclose(scene.world.poses(scene.motion), expected, atol=1e-12)
+    assert scene.error(scene.world.body, np.random.default_rng(0)) < 1e-12
+
+
+@pytest.mark.parametrize("fault", [f for f in FAULTS if not f.good], ids=lambda fault: fault.name)
+def test_every_fault_changes_what_is_seen_or_read(fault):
+    plain = draw(fault.plan, np.random.default_rng(3))
+    scene = fault.change(plain, np.random.default_rng(4))
+    faulty, right = (s.senses(np.random.default_rng(5))[0] for s in (scene, plain))
+    same = np.array_equal(faulty.observed, right.observed) and np.array_equal(faulty.q, right.q)
+    assert not same or scene.given is not plain.given or fault.change.__name__ == "unchanged"
+
+
+def test_four_runs_are_counted_and_come_again(capsys):
+    arguments = ["--runs", "4", "--only", "none", "--workers", "1", "--json"]
+    told = []
+    for _ in range(2):
+        assert honesty.main(arguments) == 0
+        told.append(json.loads(capsys.readouterr().out))
+        del told[-1]["cpu_seconds"]
+        for row in told[-1]["by_fault"].values():
+            del row["cpu_seconds"]
+    assert told[0] == told[1]
+    assert told[0]["runs"] == 4
+    assert {name: row["n"] for name, row in told[0]["by_fault"].items()} == {"none": 4}
+
+
+def outcome(stated, true, level="good", verdict="calibrated", withheld=False, good=False):
+    about = ("calibrate", "f", 0, good, False, "", "m", stated, true)
+    return Outcome(*about, level=level, verdict=verdict, withheld=withheld)
+
+
+@pytest.mark.parametrize(
+    ("one", "wrong", "unflagged"),
+    [
+        (outcome(1.0, 1.9), False, False),
+        (outcome(1.0, 2.1), True, True),
+        (outcome(1.0, 2.1, level="limited"), True, False),
+        (outcome(1.0, 2.1, verdict="refused", withheld=True), True, False),
+        (outcome(None, 2.1), True, True),
+        (outcome(1.0, np.nan), True, True),
+        (outcome(None, np.nan, verdict="input refused", withheld=True), False, False),
+    ],
+)
+def test_wrong_and_unflagged(one, wrong, unflagged):
+    assert (one.wrong, one.unflagged) == (wrong, unflagged)
+
+
+def test_good_runs_count_their_trust_alone():
+    some = [outcome(1.3, 1.0, good=True), outcome(1.1, 1.0, good=True, withheld=True),
+            outcome(1.2, 1.0, level="limited", good=True)]  # fmt: skip
+    good = tally(some)["good"]
+    assert (good["n"], good["flagged"], good["stated_over_true"]) == (3, 1, 1.2)
