@@ -22,6 +22,7 @@ from bodyschema.cli.run_file import run_from_table
 from bodyschema.errors import InputError
 from bodyschema.export.urdf_patch import JointEdit, patch_urdf
 from bodyschema.model.kinematics import relative_pose
+from bodyschema.sources.tables import open_recording
 
 Folder = Callable[[str], Path]
 
@@ -156,6 +157,27 @@ def test_a_prefix_that_nobody_declared(shared_cases: Folder) -> None:
     source = path.read_bytes()
     patched = patch_urdf(source, {"j1": JointEdit(xyz=(0.0, 0.0, 0.2))})
     assert patched == source.replace(b'xyz="0 0 0.1"', b'xyz="0 0 0.2"')
+
+
+def test_limits_of_no_width(
+    shared_cases: Folder, calibrate: Verb, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They count as unknown; a plan stays within what was recorded and repeats no posture."""
+    case = shared_cases("G_zero_limits")
+    code, answer, _ = calibrate(case / "run.toml")
+    assert code == 0
+    assert_right(answer)
+    assert any("leave no range" in note for note in answer["notes"])
+    (predicted,) = answer["predicted"]
+    assert predicted["anywhere_position_mm_95"] > 0.9 * predicted["position_mm_95"]
+    plan = tmp_path / "plan.csv"
+    assert run(["plan", str(tmp_path / "out"), "-n", "5", "--out", str(plan), "--json"]) == 0
+    table, recorded = open_recording(plan), open_recording(case / "data.csv")
+    poses = np.column_stack([table.columns[f"j{i}"] for i in range(1, 7)])
+    readings = np.column_stack([recorded.columns[f"j{i}"] for i in range(1, 7)])
+    assert len(np.unique(poses.round(3), axis=0)) == 5
+    assert (poses >= readings.min(axis=0)).all()
+    assert (poses <= readings.max(axis=0)).all()
 
 
 def test_a_zero_that_the_urdf_states_itself(shared_cases: Folder, calibrate: Verb) -> None:

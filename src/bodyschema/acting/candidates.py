@@ -22,6 +22,7 @@ from bodyschema.errors import InputError
 from bodyschema.estimation.problem import moved_joints
 from bodyschema.model.kernels import PRISMATIC
 from bodyschema.model.kinematics import relative_pose
+from bodyschema.model.limits import contradicted_limits
 from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
 
@@ -170,7 +171,7 @@ def joint_ranges(body: Body, recorded: Array) -> tuple[Array, Array]:
 
     Args:
         body: with limits.
-        recorded: (n, n_joints) postures, for joints without limits.
+        recorded: (n, n_joints) postures, for joints without limits or with such as leave no range.
     """
     slides = np.isin(np.arange(len(body.joints)), body.driver[body.kind == PRISMATIC]).astype(int)
     if len(recorded):
@@ -180,6 +181,7 @@ def joint_ranges(body: Body, recorded: Array) -> tuple[Array, Array]:
         high = np.array(FREELY)[slides]
         low = -high
     limited = np.isfinite(body.lower) & np.isfinite(body.upper)
+    limited &= ~contradicted_limits(body, recorded)
     inside = INSIDE * (body.upper[limited] - body.lower[limited])
     low[limited], high[limited] = body.lower[limited] + inside, body.upper[limited] - inside
     return low, high

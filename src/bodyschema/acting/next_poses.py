@@ -8,7 +8,7 @@ the belief would have after each pose, by `prediction.length_quantile`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,9 @@ DRAWS = 10
 """Random plans that the plan is compared with."""
 
 PROBABILITY = 0.95
+
+SAME_POSTURE = 1e-3
+"""rad or m: postures nearer than that are one; a robot's own repeatability is about that."""
 
 TOLD_APART = 0.1
 """Share of a parameter's prior variance that a plan must take out of open directions to tell it."""
@@ -97,6 +100,7 @@ def plan_poses(
     rng = np.random.default_rng(seed)
     if candidates is None:
         candidates = find_candidates(estimate.body, senses, CANDIDATES, rng)
+    candidates = _distinct(candidates)
     if len(candidates.q) < n:
         raise InputError(
             f"only {len(candidates.q)} postures can be taken and seen; ask for fewer than {n}, "
@@ -123,6 +127,13 @@ def plan_poses(
         told=told,
         n_candidates=len(candidates.q),
     )
+
+
+def _distinct(candidates: Candidates) -> Candidates:
+    """Each posture once, in the same order: to take one again tells nothing new of the body."""
+    cells = np.round(candidates.q / SAME_POSTURE).astype(np.int64)
+    first = np.sort(np.unique(cells, axis=0, return_index=True)[1])
+    return replace(candidates, q=candidates.q[first], visible=candidates.visible[first])
 
 
 def _errors(F: Array, J: Array, E: Array, numbers: float) -> Array:

@@ -11,10 +11,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from bodyschema.answers.answer import Answer
 from bodyschema.estimation.problem import Knowledge, Problem, check_problem, moved_joints
 from bodyschema.judging.judgement import judged
 from bodyschema.judging.one_pass import LearnerName, fitting
+from bodyschema.model.limits import with_recorded_limits
 from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
 
@@ -65,6 +68,8 @@ def calibrate(
         InputError: the recording cannot answer the question; see `problem.check_problem`. Or the
             learner cannot learn what is to be freed.
     """
+    if senses:
+        body = with_recorded_limits(body, np.concatenate([sense.q for sense in senses]))
     free = {name: None if some is None else tuple(some) for name, some in (parts or {}).items()}
     wrong = tuple(joints or moved_joints(body, senses))
     problem = Problem(body, tuple(senses), frames or {}, wrong, parts=free)
@@ -75,7 +80,7 @@ def calibrate(
     fit = fitting(problem, learner)
     again = problem.again if learner == "batch" else None
     found = judged(problem, fit, models, groups is None, folds, seed, progress, again)
-    nominal = body if described is None else described
+    nominal = replace(described or body, remarks=body.remarks)
     return Answer.of(found, problem.senses, nominal, run, learner=learner)
 
 

@@ -106,3 +106,16 @@ def test_nothing_found_is_said(calibrated) -> None:  # type: ignore[no-untyped-d
 def test_travel_goes_to_the_nearest_next() -> None:
     q = np.array([[3.0, 0.0], [1.0, 0.1], [-2.0, 0.0], [2.0, 0.0]])
     assert travel_order(q, np.array([0.5, 0.0])).tolist() == [1, 3, 0, 2]
+
+
+def test_limits_that_were_left_do_not_bind(calibrated) -> None:  # type: ignore[no-untyped-def]
+    """lower = upper = 0, as exporters write it, of joints that were recorded elsewhere."""
+    world = calibrated()
+    body = world.estimate.body
+    none = replace(body, lower=np.zeros_like(body.lower), upper=np.zeros_like(body.upper))
+    free = replace(body, lower=np.full_like(body.lower, -np.inf), upper=body.upper + np.inf)
+    np.testing.assert_array_equal(
+        joint_ranges(none, world.sense.q), joint_ranges(free, world.sense.q)
+    )
+    low, high = joint_ranges(none, np.zeros((1, len(body.joints))))
+    assert (low == high).all(), "where nothing speaks against them they lock"

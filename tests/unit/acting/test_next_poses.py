@@ -105,3 +105,14 @@ def test_bad_requests_are_refused(calibrated) -> None:  # type: ignore[no-untype
     nothing = replace(world.estimate, variables=world.estimate.variables.take([]), x=np.empty(0))
     with pytest.raises(InputError, match="no free parameters"):
         plan_poses(nothing, [world.sense], 2)
+
+
+def test_no_posture_is_asked_for_twice(calibrated) -> None:  # type: ignore[no-untyped-def]
+    """Candidates that are one posture, as those of joints without a range, count once."""
+    world = calibrated()
+    found = find_candidates(world.estimate.body, [world.sense], 3, np.random.default_rng(0))
+    many = replace(found, q=np.repeat(found.q, 4, axis=0), visible=np.repeat(found.visible, 4, 0))
+    plan = plan_poses(world.estimate, [world.sense], 3, candidates=many)
+    assert len(np.unique(plan.q, axis=0)) == 3
+    with pytest.raises(InputError, match="only 3 postures"):
+        plan_poses(world.estimate, [world.sense], 4, candidates=many)
