@@ -40,6 +40,7 @@ ONE_THREAD = dict.fromkeys(
 
 KINDS = {
     "calibrate": "honest.calibrations",
+    "hand-eye": "honest.hand_eyes",
 }
 """Kind -> module with its ROWS."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from honest import effects, sights
-from honest.scene import Plan, Scene, SenseKind, white
+from honest.scene import Plan, Scene, SenseKind
 from honest.world import Motion
 
 Array = NDArray[np.float64]
@@ -248,7 +248,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("sag 0.6 deg", EITHER, _effect(_sag)),
     Fault("gear waves", EITHER, _effect(_waves)),
     Fault("12 postures x 7 frames", Plan(THREE_D, n=(84,), repeats=7),
-          _noise(white, sights.by_posture(7)), weight=2),
+          _noise(sights.white, sights.by_posture(7)), weight=2),
     Fault("backlash", change=_backlash),
     Fault("encoder steps", change=_steps),
     Fault("uneven noise", change=_noise(sights.uneven)),

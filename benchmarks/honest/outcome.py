@@ -39,6 +39,8 @@ class Outcome:
     """The first of its trust, or why it was refused."""
     crash: str = ""
     """An exception that is no refusal."""
+    single: bool = False
+    """The true error is one number, not 95 % of many: it is below its 95 % bar nearly always."""
     seconds: float = 0.0
     """Of the processor."""
 

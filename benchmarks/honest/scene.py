@@ -21,6 +21,7 @@ from bodyschema.model.tree import Body
 from honest.arms import TURN, Arm, arms
 from honest.effects import direction
 from honest.paths import Path, Smooth, Stops
+from honest.sights import Noise, Sight, white
 from honest.world import Motion, World
 
 Array = NDArray[np.float64]
@@ -59,17 +60,6 @@ class Plan:
 
 ERRORS = {"links": (1.0, 0.0, 2e-4), "offsets": (1.0, 0.0, 0.0), "full": (1.0, 0.3, 2e-3)}
 """deg of joint zeros, deg of axes, m of links: standard deviations a coordinate."""
-
-Sight = Callable[[Array, Motion, np.random.Generator], Array]
-"""What the sensor makes of true poses (n, 4, 4)."""
-
-Noise = Callable[[np.random.Generator, int, int], Array]
-"""n samples of d numbers of about unit size."""
-
-
-def white(rng: np.random.Generator, n: int, d: int) -> Array:
-    """Independent Gaussian numbers."""
-    return rng.normal(size=(n, d))
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
 from honest.effects import direction
-from honest.scene import Noise, Sight
 from honest.world import Motion
 
 Array = NDArray[np.float64]
+
+Sight = Callable[[Array, Motion, np.random.Generator], Array]
+"""What the sensor makes of true poses (n, 4, 4)."""
+
+Noise = Callable[[np.random.Generator, int, int], Array]
+"""n samples of d numbers of about unit size."""
+
+
+def white(rng: np.random.Generator, n: int, d: int) -> Array:
+    """Independent Gaussian numbers."""
+    return rng.normal(size=(n, d))
 
 
 def outliers(share: float, size: float) -> Sight:

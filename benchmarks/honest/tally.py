@@ -70,8 +70,11 @@ def _row(some: Sequence[Outcome], only_bad: int) -> dict[str, Any]:
 
 
 def _good(some: Sequence[Outcome]) -> dict[str, Any]:
-    told = np.array([one.ratio for one in some])
+    """Flags, and stated over true: a median, or of single errors that of their 95 %."""
+    told = np.array([one.ratio for one in some if not one.single])
     told = told[np.isfinite(told)]
+    alone = np.array([1 / one.ratio for one in some if one.single])
+    alone = alone[np.isfinite(alone)]
     low, middle, high = np.quantile(told, [0.1, 0.5, 0.9]) if len(told) else [np.nan] * 3
     return {
         "n": len(some),
@@ -79,6 +82,7 @@ def _good(some: Sequence[Outcome]) -> dict[str, Any]:
         "stated_over_true": _number(middle),
         "stated_over_true_10": _number(low),
         "stated_over_true_90": _number(high),
+        "single_stated_over_true": _number(1 / np.quantile(alone, 0.95) if len(alone) else np.nan),
     }
 
 
@@ -108,7 +112,8 @@ def show(counted: dict[str, Any]) -> None:
     print(
         f"all: {counted['unflagged']} of {counted['runs']} wrong and unflagged; good runs: "
         f"{good['flagged']} of {good['n']} flagged, stated / true {good['stated_over_true']} "
-        f"({good['stated_over_true_10']}-{good['stated_over_true_90']}); "
+        f"({good['stated_over_true_10']}-{good['stated_over_true_90']}), of single errors "
+        f"{good['single_stated_over_true']}; "
         f"{counted['cpu_seconds']:.0f} s of processor time"
     )
     for crash in counted["crashed"]:

@@ -25,6 +25,8 @@ class Trial:
     compare: Callable[[Any], tuple[float | None, float]]
     """The 95 % error that an answer states, and that it has; in one unit."""
     unit: str = "m"
+    single: bool = False
+    """See `Outcome.single`."""
 
 
 @dataclass(frozen=True)
@@ -62,5 +64,6 @@ class Row:
         level, verdict, withheld, reason = said
         return Outcome(
             self.kind, self.fault, index, self.good, self.apart, trial.about, trial.unit,
-            stated, true, level, verdict, withheld, reason, crash, time.process_time() - begin,
+            stated, true, level, verdict, withheld, reason, crash, trial.single,
+            time.process_time() - begin,
         )  # fmt: skip
