@@ -155,9 +155,19 @@ class Answer(Calibration):
         more = {**self._report(source), **self.files}
         return write_files(self, self._described(), source, folder, self.run, more)
 
-    def check(self, senses: Sequence[Sense], false_alarm: float = 0.01) -> ChangeTest:
-        """Whether the body has changed, from new samples; see `monitoring.change`."""
-        return detect_change(self.estimate, senses, self.fields, false_alarm)
+    def check(
+        self, senses: Sequence[Sense], false_alarm: float = 0.01, least: float | None = None
+    ) -> ChangeTest:
+        """Whether the body has changed, from new samples; see `monitoring.change`.
+
+        Args:
+            senses: the new samples.
+            false_alarm: chance of calling an unchanged body changed.
+            least: m; a change that moves what is seen by less is none. Half of what noise alone
+                leaves open when None.
+        """
+        least = self.least_change if least is None else least
+        return detect_change(self.widened, senses, self.fields, false_alarm, least)
 
     def plan(self, n: int = 10, senses: Sequence[Sense] = (), seed: int = 0) -> Plan:
         """The next poses that tell most; see `acting.next_poses`.

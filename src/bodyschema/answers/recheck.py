@@ -23,7 +23,7 @@ from bodyschema.learners.images.markerless import Markerless
 from bodyschema.learners.images.settled import PREFIX
 from bodyschema.model.inertia import Inertia
 from bodyschema.model.variables import Variables
-from bodyschema.monitoring.change import ChangeTest, Suspect, detect_change
+from bodyschema.monitoring.change import ChangeTest, Suspect
 from bodyschema.monitoring.stream_check import Change, StreamCheck, check_stream, is_stream
 from bodyschema.monitoring.two_beliefs import two_beliefs
 from bodyschema.senses.images import Images
@@ -138,7 +138,7 @@ def _parts(variables: Variables) -> Mapping[str, list[int]]:
 
 
 def recheck_senses(
-    stored: Answer, senses: Sequence[Sense], false_alarm: float
+    stored: Answer, senses: Sequence[Sense], false_alarm: float, least: float | None = None
 ) -> tuple[Recheck, StreamCheck | None]:
     """Whether a calibrated robot is still the one that was calibrated.
 
@@ -146,6 +146,7 @@ def recheck_senses(
         stored: answer of `calibrate` or `learn_skeleton`.
         senses: what is seen of it now.
         false_alarm: chance of calling an unchanged robot changed.
+        least: m; see `Answer.check`.
 
     Returns:
         The test, and what a stream showed over time; None if the samples are no stream.
@@ -162,10 +163,10 @@ def recheck_senses(
     if is_stream(senses):
         # Two tests share the allowed rate; the first takes the recording as one moment.
         half = false_alarm / 2
-        test = detect_change(stored.estimate, thinned(senses), stored.fields, half)
-        stream = check_stream(stored.estimate, senses, half)
+        test = stored.check(thinned(senses), half, least)
+        stream = check_stream(stored.widened, senses, half)
     else:
-        test = detect_change(stored.estimate, senses, stored.fields, false_alarm)
+        test = stored.check(senses, false_alarm, least)
     size = f"{1e3 * test.position_rms:.2f} mm typical error over {rows} postures"
     then = "look at it, then calibrate anew from a fresh recording."
     return Recheck(test, rows, size, then), stream
@@ -177,6 +178,12 @@ def thinned(senses: Sequence[Sense]) -> list[Sense]:
         sense.take(np.unique(np.linspace(0, len(sense) - 1, POSTURES).astype(int)))
         for sense in senses
     ]
+
+
+def _millimetres(suspect: Suspect | Change) -> float | None:
+    """How far a change moves what was seen; None where nobody asked."""
+    effect = suspect.effect if isinstance(suspect, Suspect) else float("nan")
+    return 1e3 * effect if np.isfinite(effect) else None
 
 
 def check_json(found: Recheck, stream: StreamCheck | None = None) -> dict[str, Any]:
@@ -194,6 +201,7 @@ def check_json(found: Recheck, stream: StreamCheck | None = None) -> dict[str, A
                 "part": suspect.part,
                 "p_value": suspect.p_value,
                 "change": dict(zip(suspect.names, map(float, suspect.change), strict=True)),
+                "effect_mm": _millimetres(suspect),
             }
             for suspect in suspects
         ],

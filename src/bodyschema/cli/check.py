@@ -34,6 +34,9 @@ class Check:
     says where the new data lie, as pictures always need."""
     false_alarm: float = 0.01
     """Chance of calling what is unchanged changed."""
+    least_mm: float | None = None
+    """A change that moves what is seen by less does not matter; half of what noise left open in the
+    calibration when absent."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -75,7 +78,8 @@ class Check:
         from bodyschema.cli.loading import read_senses
 
         senses = read_senses(self._run(stored), stored.estimate.reference)
-        return recheck_senses(stored, senses, self.false_alarm)
+        least = None if self.least_mm is None else self.least_mm / 1e3
+        return recheck_senses(stored, senses, self.false_alarm, least)
 
     def _load(self, stored: Answer) -> Recheck:
         """What a wrist carries."""

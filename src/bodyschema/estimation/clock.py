@@ -67,6 +67,8 @@ class ClockCheck:
     """Chance of so much agreement between residuals and following motions without a fault."""
     late_rows: tuple[int, ...]
     """Rows more likely late than not; empty when there is no fault."""
+    instead: str = ""
+    """Another cause that explains the residuals better, in words; "" if there is none."""
 
     @property
     def faulty(self) -> bool:

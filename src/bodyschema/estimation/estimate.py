@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -63,6 +63,14 @@ class Estimate:
         D = np.outer(self.variables.scale, self.variables.scale)
         inverse = solve_factored(positive_factor(self.information * D), np.eye(len(D)))
         return np.asarray((inverse + inverse.T) / 2 * D)
+
+    def widened(self, factor: float) -> Estimate:
+        """The same belief, its data worth so much less that they leave `factor` times the error.
+
+        Args:
+            factor: 1 or more; what samples have in common, see `trust.weighing`.
+        """
+        return replace(self, data_information=self.data_information / factor**2)
 
     @property
     def std(self) -> Array:

@@ -73,6 +73,7 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "outlier_rows": list(calibration.outliers),
         "late_rows": list(calibration.clock.late_rows),
         "clock_p_value": rounded(calibration.clock.p_value),
+        "instead_of_late": calibration.clock.instead,
         "noise": {
             name: rounded(level) for name, level in (calibration.estimate.noise or {}).items()
         },

@@ -163,6 +163,16 @@ class Calibration:
         return self.fit
 
     @property
+    def widened(self) -> Estimate:
+        """The belief, as wide as its own samples make it; see `weighing`."""
+        return self.fit if self.weighing is None else self.fit.widened(self.weighing.widening)
+
+    @property
+    def least_change(self) -> float:
+        """m: half of what noise alone leaves open; a smaller change of the robot matters less."""
+        return 0.0 if self.weighing is None else self.weighing.stated / 2
+
+    @property
     def body(self) -> Body:
         """The corrected body."""
         return self.fit.body

@@ -168,7 +168,9 @@ def _answered(
         agreement=_agreement(fit, senses, final.residuals, good),
         identifiability=identifiability(fit, senses, seed),
         outliers=tuple(sorted(_outliers(senses, good))),
-        clock=check_clock(trial.fullest, senses, seed),
+        clock=replace(
+            check_clock(trial.fullest, senses, seed), instead=weighing.rather_than("lag")
+        ),
         n_rows=len(np.unique(np.concatenate([sense.rows for sense in senses]))),
         predicted_95=weighing.total,
         weighing=weighing,

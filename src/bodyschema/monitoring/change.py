@@ -18,12 +18,16 @@ smallest p-value times the number of parts is compared with the allowed rate of 
 (Bonferroni). The weights are found anew for each part with its own change put in, so that a large
 change is not taken for a recording full of outliers. A part is suspect when its evidence comes
 close to the best one's: what the data cannot tell apart is blamed together.
+
+A model that is not quite true errs alike in like postures, so that the samples of a calibration
+are worth less than their number: L is that of an estimate as wide as its own samples made it
+(`trust.weighing`). And a change is only called one if it moves what is seen by as much as matters.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +36,7 @@ from scipy.special import fdtrc
 
 from bodyschema.estimation.discrepancy import Field, matern
 from bodyschema.estimation.estimate import Estimate
+from bodyschema.model.kinematics import relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.monitoring.parts import parts_of
@@ -65,6 +70,8 @@ class Suspect:
     """(k,) estimated change, rad and m."""
     names: tuple[str, ...]
     """(k,) of the parameters that changed."""
+    effect: float = float("nan")
+    """m: 95 % of how far the change moves what was seen, in the postures of the new samples."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +113,7 @@ def detect_change(
     senses: Sequence[Sense],
     fields: Mapping[str, Field] | None = None,
     false_alarm: float = 0.01,
+    least: float = 0.0,
 ) -> ChangeTest:
     """Test new samples against a calibration.
 
@@ -114,14 +122,18 @@ def detect_change(
         senses: the new samples; their frames must be in the estimate's reference body.
         fields: residual fields by label of the sense; none when absent.
         false_alarm: chance of calling an unchanged body changed.
+        least: m; a change that moves what is seen by less is none.
     """
     variables, parts = parts_of(estimate, senses)
     blocks = _blocks(estimate, variables, senses, fields or {})
     tests = [_test_part(name, rows, estimate, variables, blocks) for name, rows in parts.items()]
     ranked = sorted(tests, key=lambda suspect: -suspect.evidence)
     p_value = min(1.0, len(tests) * min(suspect.p_value for suspect in tests))
-    changed = p_value < false_alarm
-    close = [s for s in ranked if ranked[0].evidence - s.evidence < CLOSE] if changed else []
+    near = [s for s in ranked if ranked[0].evidence - s.evidence < CLOSE]
+    close = [replace(s, effect=_effect(estimate, variables, s, senses)) for s in near]
+    matters = not all(s.effect < least for s in close)
+    changed = p_value < false_alarm and matters
+    close = close if changed else []
     return ChangeTest(changed, p_value, tuple(close), _typical(estimate.body, senses))
 
 
@@ -181,6 +193,20 @@ def _test_part(
         change,
         tuple(variables.names[i] for i in B),
     )
+
+
+def _effect(
+    estimate: Estimate, variables: Variables, suspect: Suspect, senses: Sequence[Sense]
+) -> float:
+    """m: how far a part's change moves what was seen; the largest over all pairs of frames."""
+    free = variables.take([variables.names.index(name) for name in suspect.names])
+    nothing, found = np.zeros(len(free)), []
+    for sense in senses:
+        for a, b in sense.pairs:
+            D = relative_pose_derivatives(estimate.body, free, nothing, sense.q, a, b)
+            moved = np.linalg.norm(D.by_parameter[:, :3] @ suspect.change, axis=1)
+            found.append(float(np.quantile(moved, 0.95)))
+    return max(found)
 
 
 def _normal(blocks: Sequence[_Block], weights: Array) -> tuple[Array, Array]:

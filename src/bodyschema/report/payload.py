@@ -77,8 +77,18 @@ class Controllers:
         """See `Section`."""
         return render(
             "payload/controllers.html",
-            loads=[(load["name"], load["controllers"]) for load in self.answer["loads"]],
+            loads=[
+                (load["name"], load["controllers"], _missing(load)) for load in self.answer["loads"]
+            ],
         )
+
+
+def _missing(load: Mapping[str, Any]) -> str:
+    """What no controller is told, and why."""
+    what = {one["what"] for one in load["not_told"]}
+    if what & {"mass", "com"}:
+        return "Mass and centre of mass are not told: there is nothing to enter."
+    return "The moments of inertia are not told and left out." if what else ""
 
 
 def _noise(sensor: Mapping[str, Any]) -> str:

@@ -166,9 +166,12 @@ def _warnings(document: Mapping[str, Any]) -> list[str]:
     lines = []
     if document["clock_p_value"] < FALSE_ALARM:
         rows = ", ".join(map(str, document["late_rows"])) or "none singly certain"
+        instead = document["instead_of_late"]
         lines.append(
-            f"[bold yellow]Clock fault[/] (p = {document['clock_p_value']:.2g}): the body was seen "
-            f"after it had begun to move on; rows {rows}. Compare the clocks of joints and tracker."
+            f"[bold yellow]{'Perhaps a clock' if instead else 'Clock'} fault[/] "
+            f"(p = {document['clock_p_value']:.2g}): the body was seen after it had begun to move "
+            f"on; rows {rows}. Compare the clocks of joints and tracker."
+            + (f" Or rather, {escape(instead)}: that explains more." if instead else "")
         )
     outliers = document["outlier_rows"]
     if outliers:
@@ -186,7 +189,9 @@ def _warnings(document: Mapping[str, Any]) -> list[str]:
 
 
 def _error_table(document: Mapping[str, Any]) -> Table:
-    table = Table(title=f"Held-out error over {document['rows']} rows", title_justify="left")
+    left = document["rows"] - len(document["outlier_rows"])
+    over = f"{left} of {document['rows']}" if left < document["rows"] else str(left)
+    table = Table(title=f"Held-out error over {over} rows", title_justify="left")
     held_out = document["held_out"]
     before, after = document["compared"]
     named = [(before, held_out["before"]), (after, held_out["after"])]

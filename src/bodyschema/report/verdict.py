@@ -109,8 +109,10 @@ class Verdict:
         if c.clock.faulty:
             rows = listed(c.clock.late_rows, 12) or "none singly certain"
             lines.append(
-                f"Clock fault (p = {c.clock.p_value:.2g}): the robot was seen after it had begun "
-                f"to move on; rows {rows}. Compare the clocks of joints and tracker."
+                f"{'Perhaps a clock' if c.clock.instead else 'Clock'} fault "
+                f"(p = {c.clock.p_value:.2g}): the robot was seen after it had begun to move on; "
+                f"rows {rows}. Compare the clocks of joints and tracker."
+                + (f" Or rather, {c.clock.instead}: that explains more." if c.clock.instead else "")
             )
         if c.outliers:
             lines.append(

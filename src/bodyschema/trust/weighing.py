@@ -83,6 +83,11 @@ class Weighing:
         """Total over what independent samples would state; 1 where they leave nothing open."""
         return self.total / self.stated if self.stated > 0 else 1.0
 
+    def rather_than(self, family: str) -> str:
+        """The best cause in words, if it is another than this one; "" if there is none."""
+        best = self.rivals[0] if self.rivals else None
+        return best.says if best is not None and best.family != family else ""
+
     @property
     def causes(self) -> list[dict[str, Any]]:
         """Causes that would explain what is left, best first, in plain values; mm."""
