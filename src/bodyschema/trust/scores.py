@@ -60,7 +60,7 @@ class Scores:
             scale = root[:, None] / level_rows(sense, levels)
             z.append((part.residual * scale).ravel())
             rows = part.jacobian * (scale[..., None] * estimate.variables.scale)
-            A.append(rows.reshape(-1, len(estimate.variables)))
+            A.append(rows.reshape(part.residual.size, len(estimate.variables)))
         counts = np.concatenate([np.full(len(s), len(s.covariance)) for s in senses])
         return cls(
             estimate,
@@ -140,7 +140,7 @@ class Scores:
             L = np.asarray(np.linalg.cholesky(sense.covariance), dtype=np.float64)
             scale = root[:, None] / level_rows(sense, levels)
             rows = solve_rows(L, effect) * scale[..., None]
-            found.append(rows.reshape(-1, effect.shape[2]))
+            found.append(rows.reshape(root.size * len(sense.covariance), effect.shape[2]))
         return np.concatenate(found)
 
 

@@ -49,7 +49,8 @@ FAR = 3.0
 """Error by a rival over core above which the answer is contradicted."""
 
 MOST_OF_IT = 0.5
-"""Share of what the fit leaves over, above which a rival that widens the error contradicts it."""
+"""Share of what the fit leaves over, above which a rival is named whatever it does, and contradicts
+the answer if it widens the error."""
 
 RIVAL = 1e-3 / 12
 """Chance of a rival's gain below which it counts: one in a thousand for about twelve families."""
@@ -204,7 +205,7 @@ def _excess(fit: Estimate) -> float:
 def _of_rivals(rivals: Sequence[Weighed], core: float, total: float) -> Trust:
     """What the best rival says, beside its runner-up of another kind."""
     best = rivals[0]
-    if best.bias < core:
+    if best.bias < core and best.share < MOST_OF_IT:
         return Trust()
     others = [r for r in rivals if r.family != best.family]
     perhaps = bool(others) and others[0].share > 0.8 * best.share
