@@ -140,6 +140,38 @@ def test_eye_on_the_base(shared_cases: Folder) -> None:
     assert f"{1e3 * largest:.2g} mm" in solved.verdict
 
 
+# ---- recordings ------------------------------------------------------------------------------
+
+
+def test_percent_of_the_limits(shared_cases: Folder, calibrate: Verb, tmp_path: Path) -> None:
+    code, answer, _ = calibrate(shared_cases("R_motor_units") / "run_pct.toml")
+    assert code == 0
+    assert_right(answer)
+
+
+def test_motors_with_scale_sign_and_zero(
+    shared_cases: Folder, calibrate: Verb, tmp_path: Path
+) -> None:
+    """The same recording with one motor that turns the other way and counts from elsewhere."""
+    case = shared_cases("R_motor_units")
+    rows = (case / "data.csv").read_text().splitlines()
+    turned = [",".join([repr(500.0 - float(row.split(",")[0])), *row.split(",")[1:]])
+              for row in rows[1:]]  # fmt: skip
+    (tmp_path / "data.csv").write_text("\n".join([rows[0], *turned]) + "\n")
+    sizes = {"j1": 0.029, "j2": 0.02, "j3": 0.025, "j4": 0.029, "j5": 0.021, "j6": 0.029}
+    more = {"j1": ", sign = -1, zero = 500"}
+    joints = "".join(
+        f'{j} = {{ column = "{j}.pos", scale = {size}{more.get(j, "")} }}\n'
+        for j, size in sizes.items()
+    )
+    path = written(case, tmp_path)
+    text = re.sub(r"columns = \{.*\}\n", lambda _: joints, path.read_text(), count=1)
+    path.write_text(re.sub(r'"[^"]*data.csv"', '"data.csv"', text))
+    code, answer, _ = calibrate(path)
+    assert code == 0
+    assert_right(answer)
+
+
 # ---- robot descriptions ----------------------------------------------------------------------
 
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 import tyro
 
 from bodyschema.cli.markers import marker_senses, skeleton_run
-from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, JointColumns
+from bodyschema.cli.reading.joint_columns import JointColumns
+from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.run_file import RunFile, read_run_file
 from bodyschema.errors import InputError

@@ -126,7 +126,7 @@ class HandEyeVerb:
         }
 
     def _from_flags(self) -> RunFile:
-        from bodyschema.cli.reading.run_entries import JointColumns
+        from bodyschema.cli.reading.joint_columns import JointColumns
         from bodyschema.cli.run_file import RunFile
 
         if self.robot_poses is None:

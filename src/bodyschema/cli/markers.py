@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from bodyschema.cli.reading.run_entries import JointColumns
+from bodyschema.cli.reading.joint_columns import JointColumns
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.run_file import RunFile
 from bodyschema.errors import InputError

@@ -8,8 +8,9 @@
     learner = "batch"                       # optional; or an online learner, see LEARNERS
 
     [joints]
-    unit = "rad"                            # or "deg", "mrad"
+    unit = "rad"                            # or "deg", "mrad", "percent" of the limits
     columns = { elbow = "q3" }              # optional: columns that are not named like the joint
+    wrist = { column = "m5", sign = -1, scale = 0.088, zero = 2048, unit = "deg" }  # optional
 
     [frames.tracker]                        # a frame that the robot description does not have
     parent = "base_link"
@@ -55,9 +56,10 @@ from typing import Any
 
 from bodyschema.cli.entry_types import entry_of, frozen, one_of, refuse_unknown
 from bodyschema.cli.reading.checks import check_keys
+from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
 from bodyschema.cli.reading.part_entry import PartEntry
 from bodyschema.cli.reading.picture_sections import PictureSections
-from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, HandEyeEntry, JointColumns
+from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, HandEyeEntry
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.wrist_sections import WristSections
 from bodyschema.cli.verb_sections import check_verb, take_sections
@@ -164,7 +166,7 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         "robot": _path(table.get("robot"), here),
         "skeleton": _path(table.get("skeleton"), here),
         "recording": _files(table.get("recording", []), here),
-        "joints": entry_of(JointColumns, table.get("joints", {}), f"[joints] of {where}"),
+        "joints": joint_columns(table.get("joints", {}), f"[joints] of {where}"),
         "frames": {
             name: entry_of(FrameEntry, entry, f"[frames.{name}] of {where}")
             for name, entry in table.get("frames", {}).items()

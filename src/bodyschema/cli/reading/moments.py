@@ -19,8 +19,8 @@ from bodyschema.model.tree import Body
 from bodyschema.sources.recording import TIME_COLUMNS, Recording
 
 if TYPE_CHECKING:
+    from bodyschema.cli.reading.joint_columns import JointColumns
     from bodyschema.cli.reading.part_entry import PartEntry
-    from bodyschema.cli.reading.run_entries import JointColumns
     from bodyschema.cli.reading.sense_entry import SenseEntry
 
 Array = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from bodyschema.cli.entry_types import one_of
 from bodyschema.errors import InputError
@@ -11,14 +11,6 @@ KNOWLEDGE = ("exactly", "roughly", "no")
 
 MOUNTS, JOINS = ("hand", "base"), ("rows", "time")
 """What may carry an eye, and how poses of robot and eye are joined."""
-
-
-@dataclass(frozen=True)
-class JointColumns:
-    """How joint readings are recorded."""
-
-    unit: str = "rad"
-    columns: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
