@@ -1,0 +1,75 @@
+"""Samples that share an error are worth less than their number, and the stated error says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bodyschema.trust.inflation import blocks_of_time, corners, inflation, kappa, moved_by
+from bodyschema.trust.scores import Scores
+from faulty import autoregressive, recorded
+
+
+def judged(case):
+    """Scores and the slope of the target's place, in units of the prior."""
+    scores = Scores.of(case.fit, case.problem.senses)
+    J = case.targets[0].slopes(case.fit).by_parameter[:, :3] * case.fit.variables.scale
+    return scores, J
+
+
+def test_independent_samples_are_worth_their_number():
+    by_row = [kappa(*judged(recorded(seed)), np.arange(60), 0.5) for seed in range(8)]
+    assert np.mean(by_row) == pytest.approx(1.0, abs=0.15)
+    assert all(inflation(*judged(recorded(seed))) < 2.5 for seed in range(4))
+
+
+def test_errors_that_a_posture_shares():
+    # Twelve postures seen seven times, the error of each posture its own: worth twelve samples.
+    shared = np.repeat(5e-4 * np.random.default_rng(0).normal(size=(12, 3)), 7, axis=0)
+    noise = shared + 1e-4 * np.random.default_rng(1).normal(size=shared.shape)
+    scores, J = judged(recorded(0, n=12, repeats=7, noise=noise, groups=("offsets",)))
+    assert scores.n_moments == 12
+    by_row = kappa(scores, J, np.arange(84), 0.5)
+    by_moment = kappa(scores, J, scores.moment, 0.5)
+    assert by_moment > 1.5 * by_row
+    assert inflation(scores, J) >= by_moment
+
+
+def test_errors_that_last():
+    noise = autoregressive(120, 0.95, 5e-4, np.random.default_rng(2))
+    scores, J = judged(recorded(2, n=120, smooth=True, noise=noise, groups=("offsets",)))
+    in_time = kappa(scores, J, blocks_of_time(scores), 0.5)
+    assert in_time > 2 * kappa(scores, J, np.arange(120), 0.5)
+    assert inflation(scores, J) >= in_time
+
+
+def test_leaving_a_moment_out_is_what_the_jackknife_says():
+    # C g of CR3 is how far the variables move when a cluster is left out, to first order exactly.
+    scores, _ = judged(recorded(3, n=20, groups=("offsets",)))
+    pulls = moved_by(scores, scores.moment, 1.0)
+    rows = scores.sample != 4
+    A, z = scores.A[rows], scores.z[rows]
+    x = scores.estimate.x / scores.estimate.variables.scale + scores.step
+    left = -np.linalg.solve(A.T @ A + np.diag(scores.precision), A.T @ z + scores.precision * x)
+    assert np.allclose(left, pulls[4], rtol=1e-6, atol=1e-9)
+
+
+def test_pulls_are_the_same_by_either_gram_matrix():
+    scores, _ = judged(recorded(4, n=40, groups=("offsets",)))
+    large, small = blocks_of_time(scores, 2), scores.moment
+    B = scores.A @ scores.root
+    for labels in (large, small):
+        for cluster, pull in zip(np.unique(labels), moved_by(scores, labels, 0.5), strict=True):
+            rows = labels[scores.sample] == cluster
+            H = B[rows] @ B[rows].T
+            values, vectors = np.linalg.eigh(np.eye(len(H)) - H)
+            inside = vectors @ ((values**-0.5) * (vectors.T @ scores.z[rows]))
+            assert np.allclose(scores.root @ (B[rows].T @ inside), pull, rtol=1e-6, atol=1e-9)
+
+
+def test_corners_are_equally_large_and_moments_stay_together():
+    scores, _ = judged(recorded(5, n=16, repeats=3))
+    cells = corners(scores)
+    assert sorted(np.bincount(cells)) == [6] * 8
+    for moment in range(16):
+        assert len(set(cells[scores.moment == moment])) == 1
