@@ -172,6 +172,22 @@ def test_motors_with_scale_sign_and_zero(
     assert_right(answer)
 
 
+def test_two_days(shared_cases: Folder, calibrate: Verb, tmp_path: Path) -> None:
+    """The same columns on both, and a board that was moved over night."""
+    case = shared_cases("S_two_recordings")
+    code, _, said = calibrate(case / "run.toml")
+    assert code == 2
+    assert "append = [...]" in said
+    changes = (
+        ("recording = [", "append = ["),
+        ('parent = "base"', 'parent = "base"\nper_recording = true'),
+    )
+    code, answer, _ = calibrate(written(case, tmp_path, *changes))
+    assert code == 0
+    assert_right(answer)
+    assert not answer["outliers"]
+
+
 # ---- robot descriptions ----------------------------------------------------------------------
 
 

@@ -4,6 +4,7 @@
     robot_arguments = { dof = "7" }         # optional: of a xacro file
     skeleton = "arm.toml"                   # instead: an arrangement, to learn the geometry of
     recording = "data.csv"                  # CSV or Parquet; a list of files is joined row by row
+    append = ["tuesday.csv"]                # optional: further recordings with the same columns
     time = "t"                              # optional: the column of times; "" if there is no clock
     learner = "batch"                       # optional; or an online learner, see LEARNERS
 
@@ -17,6 +18,7 @@
     xyz = [0.0, 0.0, 0.0]                   # optional: m, in the parent
     rpy = [0.0, 0.0, 0.0]                   # optional: rad, fixed axes
     known = "no"                            # "exactly", "roughly" or "no"
+    per_recording = false                   # optional: moved between the recordings of `append`
 
     [parts.eye]                             # what predictions need besides frames: see "Parts"
     kind = "lens"                           # or load, sensor, clock, target, drive, constants
@@ -55,10 +57,12 @@ from pathlib import Path
 from typing import Any
 
 from bodyschema.cli.entry_types import entry_of, frozen, one_of, refuse_unknown
+from bodyschema.cli.reading.appended import with_appended
 from bodyschema.cli.reading.checks import check_keys
 from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
 from bodyschema.cli.reading.part_entry import PartEntry
 from bodyschema.cli.reading.picture_sections import PictureSections
+from bodyschema.cli.reading.robot import argument_words
 from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, HandEyeEntry
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.wrist_sections import WristSections
@@ -83,6 +87,8 @@ class RunFile:
     senses: tuple[SenseEntry, ...]
     parts: dict[str, PartEntry] = field(default_factory=dict)
     free: FreeEntry = field(default_factory=FreeEntry)
+    append: tuple[str, ...] = ()
+    """Empty once it is read: each recording is one of senses of its own, see `appended`."""
     time: str | None = None
     packages: dict[str, str] = field(default_factory=dict)
     robot_arguments: dict[str, str] = field(default_factory=dict)
@@ -182,9 +188,11 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         "hand_eye": _hand_eye(table.get("hand_eye"), f"[hand_eye] of {where}"),
         "free": entry_of(FreeEntry, table.get("free", {}), f"[free] of {where}"),
         "packages": {k: str(here / v) for k, v in table.get("packages", {}).items()},
-        "robot_arguments": _arguments(table.get("robot_arguments", {})),
+        "robot_arguments": argument_words(table.get("robot_arguments", {})),
     }
     refuse_unknown(RunFile, entries, where)
+    appended = [_files(one, here) for one in _listed(entries.get("append"), where)]
+    entries |= with_appended(entries, appended, where)
     described = bool(entries["robot"]) + bool(entries["skeleton"])
     owned = entries["senses"] and all(entry.recording for entry in entries["senses"])
     needed = described or entries["wrist"] or entries["hand_eye"]
@@ -211,17 +219,10 @@ def _path(named: Any, here: Path) -> Any:
     return str(here / named) if isinstance(named, str) and named else named or ""
 
 
-def _arguments(table: Any) -> Any:
-    """Values as xacro takes them; anything that is no table as it is, to be refused by its type."""
-    if not isinstance(table, Mapping):
-        return table
-    return {name: _word(value) for name, value in table.items()}
-
-
-def _word(value: Any) -> Any:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return str(value) if isinstance(value, int | float) else value
+def _listed(named: Any, where: str) -> list[Any]:
+    if not isinstance(named or [], list | tuple):
+        raise InputError(f"append = {named!r} in {where}; expected a list of recordings.")
+    return list(named or [])
 
 
 def _files(named: Any, here: Path) -> tuple[str, ...]:

@@ -145,7 +145,10 @@ def beside(recordings: Iterable[Recording]) -> Recording:
             )
         shared = sorted(set(columns) & set(other.columns))
         if shared:
-            raise InputError(f"column '{shared[0]}' is in {other.source} and before; rename one.")
+            raise InputError(
+                f"column '{shared[0]}' is in {other.source} and before; rename one, or "
+                "if the files are recordings of other times name them under append = [...]."
+            )
         columns |= other.columns
         empty |= other.empty
     texts = frozenset().union(*(part.texts for part in parts))

@@ -494,8 +494,9 @@ def test_the_examples_of_the_page_are_read(block: str, tmp_path: Path) -> None:
     table = tomllib.loads(block)
     alone = "hand_eye" in table
     base = {} if alone else {"robot": "arm.urdf", "recording": "data.csv"}
+    base |= {"recording": []} if "append" in table else {}
     run = run_from_table({**base, **table}, tmp_path, "the page")
-    assert len(run.senses) == len(table.get("senses", []))
+    assert len(run.senses) == len(table.get("senses", [])) * len(table.get("append", ["one"]))
 
 
 def test_the_tables_of_the_page_have_every_kind_and_key() -> None:

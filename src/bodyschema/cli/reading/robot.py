@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bodyschema.model.tree import Body
 
@@ -26,3 +26,14 @@ def read_robot(
 def robot_of(run: RunFile, path: Path | None = None) -> Body:
     """The robot of a run, or another description of it."""
     return read_robot(path or Path(run.robot), run.packages, run.robot_arguments)
+
+
+def argument_words(table: Any) -> Any:
+    """Arguments as xacro takes them; what is no table comes back, to be refused by its type."""
+    return {k: _word(v) for k, v in table.items()} if isinstance(table, Mapping) else table
+
+
+def _word(value: Any) -> Any:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value) if isinstance(value, int | float) else value

@@ -21,6 +21,8 @@ class FrameEntry:
     xyz: tuple[float, ...] = (0.0, 0.0, 0.0)
     rpy: tuple[float, ...] = (0.0, 0.0, 0.0)
     known: str = "no"
+    per_recording: bool = False
+    """It was moved between the recordings that `append` names."""
 
     def check(self, where: str) -> None:
         """Refuse a placement that is none. Raises InputError."""
