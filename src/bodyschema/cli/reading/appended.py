@@ -92,12 +92,10 @@ def _frames_of_each(
 
 def _in(entry: SenseEntry, files: Files, end: str, moved: Sequence[str]) -> SenseEntry:
     """One sense in one recording."""
-    ends = {
-        key: f"{name}_{end}"
-        for key, name in (("seen_from", entry.seen_from), ("seen", entry.seen))
-        if name in moved
-    }
-    return replace(entry, recording=files, **ends)
+    looks, seen = (
+        f"{name}_{end}" if name in moved else name for name in (entry.seen_from, entry.seen)
+    )
+    return replace(entry, recording=files, seen_from=looks, seen=seen)
 
 
 def _endings(recordings: Sequence[Files]) -> list[str]:
