@@ -41,6 +41,8 @@ ONE_THREAD = dict.fromkeys(
 KINDS = {
     "calibrate": "honest.calibrations",
     "hand-eye": "honest.hand_eyes",
+    "payload": "honest.payloads",
+    "touch": "honest.touches",
 }
 """Kind -> module with its ROWS."""
 
