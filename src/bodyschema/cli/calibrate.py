@@ -104,7 +104,8 @@ class Calibrate:
         else:
             console = Console()
             print_answer(console, answer.document)
-            text = self._farewell(refused, reported, bool(run.skeleton))
+            instead = _instead(answer, bool(run.skeleton)) if refused else ""
+            text = self._farewell(instead, reported, bool(run.skeleton))
             console.print(_rows(loaded) + text, highlight=False, soft_wrap=True)
         return 1 if refused else 0
 
@@ -190,9 +191,8 @@ class Calibrate:
             senses=(sense,),
         )
 
-    def _farewell(self, refused: bool, reported: bool, learned: bool) -> str:
-        if refused:
-            instead = "Record more" if learned else "Free less with --free"
+    def _farewell(self, instead: str, reported: bool, learned: bool) -> str:
+        if instead:
             return f"\nNothing was written. {instead}, or insist with --force."
         report = f"Report:          [bold]{self.out / 'report.html'}[/]\n" if reported else ""
         robot = "Learned robot:  " if learned else "Corrected robot:"
@@ -230,6 +230,13 @@ def _calibration(
         described=loaded.nominal,
         run=asked,
     )
+
+
+def _instead(answer: Answer, learned: bool) -> str:
+    """What to do where nothing was written."""
+    if answer.verdict == "contradicted":
+        return "Mend what is said above"
+    return "Record more" if learned else "Free less with --free"
 
 
 def _rows(loaded: Loaded) -> str:

@@ -12,7 +12,8 @@ Three uncertainties, in metres at the target:
     total^2 = core^2 + max(rival, halves)^2 + field^2 + excess^2
 
 Where the sum is much more than its first term the answer is limited, and says so with the sum.
-Where a rival alone says that the robot errs by far more than is stated, it is contradicted.
+Where something happened, or was declared wrong, that makes the robot err by far more than is
+stated, and nothing else explains it as well, the answer is contradicted.
 """
 
 from __future__ import annotations
@@ -60,6 +61,32 @@ COLOURED = 0.0026
 
 SPLIT = 0.0025
 ALIKE = 1e-4
+
+LITTLE = 0.25
+"""Share of what is left over, below which a cause is a perhaps."""
+
+AS_GOOD = 0.8
+"""Share of the best cause's share with which another makes it a perhaps."""
+
+EVENTS = ("frame moved", "joint slipped", "lag", "gear", "frame misplaced", "scale")
+"""Causes that can be mended, or told apart by cutting the recording: nobody should take an answer
+that they contradict. With the others (a joint that gives way, a lens) a robot has to live."""
+
+REMEDIES = {
+    "frame moved": "Cut the recording there and calibrate each part alone.",
+    "joint slipped": "Cut the recording there and calibrate each part alone.",
+    "drift": "Fix the mounting, and record anew.",
+    "warming": "Record with a warm robot.",
+    "lag": "Bring both to one clock, or free the lag: a clock in [parts].",
+    "gear": "Free gears too.",
+    "wave": "No number in a URDF describes it.",
+    "sag": "No number in a URDF describes it.",
+    "hysteresis": "Approach each posture from one side, and let it settle.",
+    "frame misplaced": "Say that its place is known roughly, or not at all.",
+    "scale": "Measure the board or target, or free its scale.",
+    "field": "Calibrate the lens or tracker by itself first.",
+}
+"""What to do about a cause."""
 
 LENGTH_95 = 2.8
 """95 % of the length of a vector of three normal numbers, in standard deviations."""
@@ -208,14 +235,17 @@ def _of_rivals(rivals: Sequence[Weighed], core: float, total: float) -> Trust:
     if best.bias < core and best.share < MOST_OF_IT:
         return Trust()
     others = [r for r in rivals if r.family != best.family]
-    perhaps = bool(others) and others[0].share > 0.8 * best.share
+    rivalled = bool(others) and max(r.share for r in others) > AS_GOOD * best.share
+    perhaps = rivalled or best.share < LITTLE
     beside = f"; next best, that {others[0].says}, {100 * others[0].share:.0f} %" if others else ""
     said = (
         f"{'Perhaps' if perhaps else 'What was seen says that'} {best.says}: that explains "
         f"{100 * best.share:.0f} % of what the fit leaves over{beside}. If so, the result errs by "
-        f"{shown(best.bias, 'm')} where noise alone would leave {shown(core, 'm')}."
+        f"{shown(best.bias, 'm')} where noise alone would leave {shown(core, 'm')}. "
+        f"{REMEDIES[best.family]}"
     )
-    against = best.bias > (WIDENED if best.share > MOST_OF_IT else FAR) * core
+    far = best.bias > (WIDENED if best.share > MOST_OF_IT else FAR) * core
+    against = far and not perhaps and best.family in EVENTS
     return Trust("contradicted" if against else "limited", (said,))
 
 
