@@ -44,7 +44,7 @@ from bodyschema.judging.calibration import (
     describe_groups,
 )
 from bodyschema.judging.one_pass import Fitting
-from bodyschema.judging.telling import Telling, untold, wanted_pairs
+from bodyschema.judging.telling import Telling, unhelped, untold, wanted_pairs
 from bodyschema.senses.sense import Sense
 from bodyschema.trust.weighing import weighed_up
 
@@ -66,6 +66,7 @@ def judged(
     seed: int,
     progress: Callable[[str], None],
     again: Callable[[Estimate, Sequence[Sense]], Estimate] | None = None,
+    wanted: Sequence[tuple[str, str]] = (),
 ) -> Calibration:
     """Test the models on held-out samples and answer with the chosen one, or with the last.
 
@@ -78,6 +79,7 @@ def judged(
         seed: of the folds.
         progress: told what is being done.
         again: fits a part of the samples, given the fit to all; anew with `fitted` when None.
+        wanted: frames (seen from, seen) that the robot is to be right in; what was seen when empty.
     """
     begin = time.perf_counter()
     body, senses, loss = problem.body, problem.senses, problem.learner.loss
@@ -110,7 +112,7 @@ def judged(
     sure = scored[models[0]].behind(scored[chosen]) >= CONVINCING
     trial = _Trial(senses, good, fits[chosen], fits[models[-1]], modelled, tests[chosen])
     progress("residual fields, and what disagrees")
-    found = _answered(trial, problem, chosen, sure, candidates, seed)
+    found = _answered(trial, problem, chosen, sure, candidates, seed, wanted)
     return replace(found, seconds=time.perf_counter() - begin)
 
 
@@ -134,6 +136,7 @@ def _answered(
     sure: bool,
     candidates: tuple[Candidate, ...],
     seed: int,
+    wanted: Sequence[tuple[str, str]],
 ) -> Calibration:
     """The chosen model with its errors, its verdict, and how far it may be trusted."""
     senses, good, fit, final = trial.senses, trial.good, trial.fit, trial.final
@@ -148,7 +151,10 @@ def _answered(
         sense.label: learn_discrepancy(fit.body, sense, mask)
         for sense, mask in zip(senses, good, strict=True)
     }
-    weighing = weighed_up(fit, trial.fullest, senses, fields, wanted_pairs(fit, senses), seed)
+    pairs = wanted or wanted_pairs(fit, senses)
+    weighing = weighed_up(fit, trial.fullest, senses, fields, pairs, seed)
+    if wanted and verdict == "calibrated" and (why := unhelped(fit, weighing, senses, wanted)):
+        verdict, explanation = "refused", f"{explanation} {why}"
     where_seen = [_predicted(fit, senses, s, _some(s.q)) for s in senses]
     elsewhere = [_predicted(fit, senses, s, anywhere) for s in senses]
     found = Calibration(

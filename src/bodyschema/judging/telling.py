@@ -15,7 +15,7 @@ A correction that is not TELLING times as large as what is stated to be left tel
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from bodyschema.estimation.estimate import Estimate
 from bodyschema.model.kinematics import relative_pose, relative_pose_derivatives
 from bodyschema.seeds.closed_forms import align_points
 from bodyschema.senses.sense import Sense
+from bodyschema.trust.target import targets
+from bodyschema.trust.weighing import Weighing
+from bodyschema.units import shown
 
 Array = NDArray[np.float64]
 
@@ -65,6 +68,31 @@ def untold(fit: Estimate, fullest: Estimate, senses: Sequence[Sense], q: Array) 
     if not found or any(telling.tells for telling in found):
         return None
     return max(found, key=lambda telling: telling.stated)
+
+
+def unhelped(
+    fit: Estimate, weighing: Weighing, senses: Sequence[Sense], wanted: Sequence[tuple[str, str]]
+) -> str:
+    """Why a correction does no good where the robot is wanted to be right; "" if it does.
+
+    It moves what is wanted by no more than the result may be off there: whoever takes it may well
+    be worse off, however much better it predicts what was seen.
+
+    Args:
+        fit: of a body to the senses; at x = 0 the robot is as modelled.
+        weighing: of the fit, at what is wanted.
+        senses: whose box of readings counts.
+        wanted: frames (seen from, seen).
+    """
+    as_modelled = replace(fit, x=np.zeros_like(fit.x))
+    moved = max(target.between(fit, as_modelled) for target in targets(senses, 0, wanted))
+    if moved > weighing.total:
+        return ""
+    names = " and ".join(f"'{seen}' from '{looks}'" for looks, seen in wanted)
+    return (
+        f"But it moves {names} by {shown(moved, 'm')} (95 %) only, and may be off there by "
+        f"{shown(weighing.total, 'm')}: what was seen does not tell what is wanted."
+    )
 
 
 def sees_positions(senses: Sequence[Sense]) -> bool:
