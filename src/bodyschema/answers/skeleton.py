@@ -137,7 +137,7 @@ def learn_skeleton(
     fit = _fitting(problem, learner)
     found = judged(problem, fit, (SKELETON,), False, folds, seed, progress)
     verdict, explanation = _verdict(found)
-    return Answer.of(
+    answer = Answer.of(
         found,
         senses,
         body,
@@ -147,6 +147,7 @@ def learn_skeleton(
         from_nothing=True,
         learner=learner,
     )
+    return answer.believed(found.trust)
 
 
 def _fitting(problem: SkeletonProblem, learner: LearnerName) -> Fitting:
