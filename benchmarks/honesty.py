@@ -42,6 +42,7 @@ KINDS = {
     "calibrate": "honest.calibrations",
     "hand-eye": "honest.hand_eyes",
     "payload": "honest.payloads",
+    "track": "honest.tracks",
     "touch": "honest.touches",
 }
 """Kind -> module with its ROWS."""

@@ -26,6 +26,7 @@ def trial(fault: Fault, rng: np.random.Generator) -> Trial:
         f"{scene.about}, {words}",
         lambda: bs.calibrate(scene.given, senses, scene.frames, groups, folds=FOLDS),
         lambda answer: (answer.stated_95, scene.error(answer.body, rng)),
+        sense=scene.sense,
     )
 
 

@@ -41,6 +41,8 @@ class Outcome:
     """An exception that is no refusal."""
     single: bool = False
     """The true error is one number, not 95 % of many: it is below its 95 % bar nearly always."""
+    sense: str = ""
+    """What saw the robot, where a kind has several."""
     seconds: float = 0.0
     """Of the processor."""
 

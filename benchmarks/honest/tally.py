@@ -30,6 +30,10 @@ def tally(outcomes: Sequence[Outcome], only_bad: int = 3) -> dict[str, Any]:
             for kind, fault in faults
         },
         "good": _good([one for one in outcomes if one.good]),
+        "good_by_sense": {
+            sense: _good([one for one in outcomes if one.good and one.sense == sense])
+            for sense in dict.fromkeys(one.sense for one in outcomes if one.sense)
+        },
         "with_rivals": _counts(plain),
         "apart": _counts([one for one in outcomes if one.apart]),
         "by_kind": {

@@ -27,6 +27,8 @@ class Trial:
     unit: str = "m"
     single: bool = False
     """See `Outcome.single`."""
+    sense: str = ""
+    """See `Outcome.sense`."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,6 @@ class Row:
         level, verdict, withheld, reason = said
         return Outcome(
             self.kind, self.fault, index, self.good, self.apart, trial.about, trial.unit,
-            stated, true, level, verdict, withheld, reason, crash, trial.single,
+            stated, true, level, verdict, withheld, reason, crash, trial.single, trial.sense,
             time.process_time() - begin,
         )  # fmt: skip

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import bodyschema as bs
 import honesty
 from bodyschema.model.kinematics import relative_pose
 from honest.faults import FAULTS
 from honest.outcome import Outcome
+from honest.pictured import description, draw_pictured
 from honest.scene import Plan, draw
 from honest.tally import tally
 
@@ -44,6 +47,28 @@ def test_four_runs_are_counted_and_come_again(capsys):
     assert told[0] == told[1]
     assert told[0]["runs"] == 4
     assert {name: row["n"] for name, row in told[0]["by_fault"].items()} == {"none": 4}
+
+
+@pytest.mark.parametrize("kind", ["hand-eye", "payload", "touch"])
+def test_a_good_run_of_every_kind_states_what_is_true(kind):
+    one = next(row for row in honesty.rows(kind) if row.good).run(0, 0)
+    assert (one.crash, one.level) == ("", "good")
+    assert not one.wrong
+
+
+def test_faults_have_names_of_their_own_in_every_kind():
+    for kind in honesty.KINDS:
+        names = [row.fault for row in honesty.rows(kind)]
+        assert len(set(names)) == len(names)
+        assert any(row.good for row in honesty.rows(kind))
+
+
+def test_the_photographed_arm_is_the_described_one(tmp_path):
+    one = draw_pictured(np.random.default_rng(1))
+    (tmp_path / "arm.urdf").write_text(description(), "utf-8")
+    body = replace(bs.Body.from_urdf(tmp_path / "arm.urdf"), offset=one.offsets)
+    there = relative_pose(body, one.q, "base", "hand")[:, :3, 3]
+    np.testing.assert_allclose(one.hand(one.q), there, atol=1e-12)
 
 
 def outcome(stated, true, level="good", verdict="calibrated", withheld=False, good=False):
