@@ -6,8 +6,9 @@
 Robots, sensors and recordings with known faults are simulated and given to the public functions.
 An answer is *wrong* if the truth is beyond twice the 95 % error that it states, and *unflagged* if
 it is wrong while its trust is good and its verdict is not withheld. Runs are shared out over the
-faults of each kind, one after the other; a run depends on the seed, its fault and its number alone,
-so that `--only "late 50 ms:17"` makes one run again. Kinds:
+kinds, ten for `calibrate` to one for each other, and over the faults of each kind, one after the
+other; a run depends on the seed, its fault and its number alone, so that `--only "late 50 ms:17"`
+makes one run again. Kinds:
 
     calibrate   arms seen by trackers and cameras, see honest/faults.py
     hand-eye    lists of poses of a hand and of a target
@@ -47,6 +48,9 @@ KINDS = {
 }
 """Kind -> module with its ROWS."""
 
+SHARES = dict.fromkeys(KINDS, 1) | {"calibrate": 10}
+"""Of the runs: its recordings have the most faults."""
+
 Job = tuple[str, str, int]
 """Kind, fault, index."""
 
@@ -64,7 +68,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for kind in kinds:
             print("\n".join(f"{kind}: {row.fault}" for row in rows(kind)))
         return 0
-    jobs = [job for kind in kinds for job in shared_out(kind, asked.runs, asked.only, len(kinds))]
+    total = sum(SHARES[kind] for kind in kinds)
+    jobs = [
+        job
+        for kind in kinds
+        for job in shared_out(kind, -(-asked.runs * SHARES[kind] // total), asked.only)
+    ]
     if not jobs:
         sys.exit(f"no fault '{asked.only}'; --list tells what there is.")
     outcomes = []
@@ -89,7 +98,7 @@ def rows(kind: str) -> tuple:  # type: ignore[type-arg]
     return tuple(importlib.import_module(KINDS[kind]).ROWS)
 
 
-def shared_out(kind: str, runs: int, only: str, kinds: int) -> list[Job]:
+def shared_out(kind: str, runs: int, only: str) -> list[Job]:
     """Which runs: as many as asked for, evenly over the chosen faults by their weights."""
     names = [name.strip() for name in only.split(",") if name.strip()]
     single = [name.rpartition(":") for name in names if name.rpartition(":")[2].isdigit()]
@@ -99,13 +108,12 @@ def shared_out(kind: str, runs: int, only: str, kinds: int) -> list[Job]:
         return [(kind, fault, int(index)) for fault, _, index in single if fault in known]
     chosen = [row for row in table if not names or row.fault in names]
     jobs: list[Job] = []
-    wanted = -(-runs // kinds)
     for turn in count() if chosen else ():
         for row in chosen:
             jobs += [(kind, row.fault, row.weight * turn + i) for i in range(row.weight)]
-        if len(jobs) >= wanted:
+        if len(jobs) >= runs:
             break
-    return jobs[:wanted]
+    return jobs[:runs]
 
 
 def measured(jobs: Sequence[Job], seed: int, workers: int) -> Iterator[tuple[Job, object]]:
@@ -137,7 +145,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--runs", type=int, default=200, help="of all kinds together")
     parser.add_argument("--only", default="", help='faults, with commas; "FAULT:NUMBER" for a run')
-    parser.add_argument("--kinds", default="calibrate", help="with commas")
+    parser.add_argument("--kinds", default=",".join(KINDS), help="with commas; all")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")

@@ -36,7 +36,17 @@ def test_every_fault_changes_what_is_seen_or_read(fault):
 
 
 def test_four_runs_are_counted_and_come_again(capsys):
-    arguments = ["--runs", "4", "--only", "none", "--workers", "1", "--json"]
+    arguments = [
+        "--runs",
+        "4",
+        "--kinds",
+        "calibrate",
+        "--only",
+        "none",
+        "--workers",
+        "1",
+        "--json",
+    ]
     told = []
     for _ in range(2):
         assert honesty.main(arguments) == 0
@@ -50,6 +60,14 @@ def test_four_runs_are_counted_and_come_again(capsys):
 
 
 @pytest.mark.parametrize("kind", ["hand-eye", "payload", "touch"])
+def test_runs_are_shared_out_over_kinds_and_faults():
+    jobs = honesty.shared_out("hand-eye", 60, "")
+    assert len(set(jobs)) == 60
+    assert {fault for _, fault, _ in jobs} == {row.fault for row in honesty.rows("hand-eye")}
+    assert honesty.shared_out("hand-eye", 9, "mm:7") == [("hand-eye", "mm", 7)]
+    assert honesty.shared_out("payload", 9, "late 50 ms") == []
+
+
 def test_a_good_run_of_every_kind_states_what_is_true(kind):
     one = next(row for row in honesty.rows(kind) if row.good).run(0, 0)
     assert (one.crash, one.level) == ("", "good")
