@@ -69,7 +69,7 @@ def telling_posture(
         if _length(fit, cameras, candidate) < needed:
             continue
         H = model.imagined(cameras, candidate, fit.z) / LEAST_EFFECT
-        B = A + without(H, model.scale, n) * np.outer(D, D)
+        B = A + without(H, model.scale, n) / fit.disagreement.kappa * np.outer(D, D)
         trace = float(np.trace(np.linalg.inv(B)))
         if trace < least:
             best, least, found = candidate, trace, B

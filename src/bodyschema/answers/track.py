@@ -2,10 +2,12 @@
 
     keys       postures far from each other are learned from (`learners.images.markerless`)
     moments    every picture is asked whether the hand shows where it should be
-    again      if pictures that do not show the hand were learned from, once more without them
+    held out   moments that were not learned from, or each as if it alone had not been
+    trust      `answers.picture_trust`
 
-The answer's parameters are those that are written: what the pictures do not tell stays as modelled
-(`learners.images.settled`). Held out are moments that were not learned from, if there are any.
+Pictures that do not show the hand fade by their own weight; none is thrown away. The answer's
+parameters are those that are written: what the pictures do not tell stays as modelled
+(`learners.images.settled`).
 """
 
 from __future__ import annotations
@@ -20,15 +22,16 @@ from numpy.typing import NDArray
 
 from bodyschema.acting.telling_posture import telling_posture
 from bodyschema.answers.answer import Answer
+from bodyschema.answers.picture_trust import counts, picture_trust
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import Errors
+from bodyschema.estimation.prediction import length_quantile
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.judging.calibration import Calibration
 from bodyschema.learners.images.hand_track import HandPose, HandTracker
-from bodyschema.learners.images.markerless import COARSE_REACH, Markerless
+from bodyschema.learners.images.markerless import Markerless
 from bodyschema.learners.images.markerless_fit import MarkerlessFit
 from bodyschema.learners.images.settled import PREFIX, settled
-from bodyschema.learners.images.sight import Sight
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.report.tracking.evidence import OverlayPicture, TrackEvidence
@@ -42,8 +45,9 @@ from bodyschema.senses.images import Images
 
 Array = NDArray[np.float64]
 
-TESTED = 20
-"""Moments that the errors before and after are measured in."""
+TESTED, LEAST_HELD = 20, 5
+"""Moments that the errors before and after are measured in, at the most; with fewer than the second
+that were not learned from, the others serve as well, one by one left out."""
 
 
 class PictureSource(Protocol):
@@ -73,7 +77,9 @@ class Tracked:
     keys: tuple[int, ...]
     """Moments that were learned from."""
     before: Mapping[int, float]
-    """px: median distance of the outline from the body as believed, at the moments tested."""
+    """px: median distance of the outline from the body as believed, at the moments held out."""
+    after: Mapping[int, float]
+    """px: the same from the body as found without them."""
     rate: float
     """Moments a second."""
     seconds: float
@@ -104,51 +110,32 @@ def track(
     """
     begin = time.perf_counter()
     chosen = sorted(spread_out(pictures.q, keys))
-    found = _once(learner, body, variables, pictures, hand, chosen, progress, begin)
-    seen = np.flatnonzero([not pose.lost for pose in found.poses])
-    if 0 < len(seen) < len(found.poses) and not np.isin(chosen, seen).all():
-        # Pictures that do not show the hand have been learned from: once more without them.
-        chosen = sorted(seen[spread_out(pictures.q[seen], keys)].tolist())
-        found = _once(learner, body, variables, pictures, hand, chosen, progress, begin)
-    return found
-
-
-def _once(
-    learner: Markerless,
-    body: Body,
-    variables: Variables,
-    pictures: PictureSource,
-    hand: str,
-    keys: Sequence[int],
-    progress: Progress,
-    begin: float,
-) -> Tracked:
-    frames, count = list(pictures.seen(keys)), len(pictures.q)
+    frames, count = list(pictures.seen(chosen)), len(pictures.q)
     fit = learner.fit(body, variables, frames)
     tracker = HandTracker.of(fit, frames, hand)
-    tested = _tested(pictures.q, keys)
-    start, poses, before = time.perf_counter(), list[HandPose](), dict[int, float]()
+    held = _held_out(fit, pictures.q, chosen)
+    start, poses = time.perf_counter(), list[HandPose]()
+    before, after = dict[int, float](), dict[int, float]()
     for k, images in enumerate(progress(pictures.seen(range(count)), count)):
         poses.append(tracker.look(images))
-        if k in tested:
-            before[k] = _distance(tracker, images)
+        if k in held:
+            before[k] = tracker.distance(images, np.zeros(len(fit.z)))
+            after[k] = tracker.distance(images, held[k])
     now = time.perf_counter()
     rate = len(poses) / (now - start)
-    return Tracked(fit, tuple(poses), tuple(keys), before, rate, now - begin)
+    return Tracked(fit, tuple(poses), tuple(chosen), before, after, rate, now - begin)
 
 
-def _tested(q: Array, keys: Sequence[int]) -> frozenset[int]:
-    """Moments in which errors are measured: not learned from, or all if there are no others."""
-    rest = np.setdiff1d(np.arange(len(q)), keys)
-    rest = rest if len(rest) else np.arange(len(q))
-    return frozenset(int(rest[i]) for i in spread_out(q[rest], TESTED))
+def _held_out(fit: MarkerlessFit, q: Array, keys: Sequence[int]) -> dict[int, Array]:
+    """Moments in which errors are measured, and what was found without them, (size,) each.
 
-
-def _distance(tracker: HandTracker, images: Images) -> float:
-    """px: median distance of what is found from the outline of the body as believed."""
-    model, reach = tracker.fit.model, COARSE_REACH[0]
-    rows = model.rows(Sight.of(images, tracker.colours), np.zeros(len(model.scale)), reach)
-    return float(np.median(np.abs(rows.left))) if len(rows.left) else reach
+    Moments that were not learned from, or if they are few those and each key as if it had not been.
+    """
+    rest = np.setdiff1d(np.arange(len(q)), keys).tolist()
+    if len(rest) >= LEAST_HELD:
+        return {rest[i]: fit.z for i in spread_out(q[rest], TESTED)}
+    alone = {k: fit.without(i) for i, k in enumerate(keys)} if len(keys) > 1 else {}
+    return dict.fromkeys(rest, fit.z) | alone
 
 
 def track_answer(
@@ -183,13 +170,12 @@ def track_answer(
     )
     telling = None if fit.lost else telling_posture(fit, cameras, q)
     following = {} if telling is None else posture_moves(telling, body, q)
-    nominal, held_out = _accuracy(found)
     answer = Calibration(
         verdict="not found" if fit.lost else "found",
         explanation=explanation(evidence),
         fit=estimate,
-        nominal=nominal,
-        held_out=held_out,
+        nominal=_accuracy(found.before),
+        held_out=_accuracy(found.after),
         identifiability=fit.identifiability,
         outliers=tuple(int(numbers[k]) for k in np.flatnonzero(evidence.lost).tolist()),
         n_rows=len(found.poses),
@@ -197,7 +183,7 @@ def track_answer(
         seconds=found.seconds,
         compared=("as believed", "as found"),
         findings=findings(evidence),
-        notes=(*warnings(evidence), *_not_held_out(found)),
+        notes=warnings(evidence),
         corrects=not fit.lost,
         details={
             "lost": bool(fit.lost),
@@ -207,28 +193,29 @@ def track_answer(
             "bias_px": fit.bias.tolist(),
             "corrections": {} if fit.lost else corrections(estimate),
             "kept": list(kept),
+            "pictures": counts(fit, names),
             "next_posture": following,
             "gains": [] if telling is None else gains(telling, estimate.variables),
         },
+        predicted_95=_predicted_95(found),
     )
+    answer = answer.believed(picture_trust(fit, found.before, found.after))
     sections = (Pictures(evidence), Moments(evidence), NextPosture(answer.details), Trust(evidence))
     return Answer.of(answer, (), described, run, verb="track", sections=sections)
 
 
-def _accuracy(found: Tracked) -> tuple[Accuracy, Accuracy]:
-    """Distances of the outline before and after, px, in the moments that were tested."""
-    moments = [k for k in found.before if not found.poses[k].lost] or list(found.before)
-    after = [found.poses[k].residual for k in moments]
-    told = [r if np.isfinite(r) else COARSE_REACH[0] for r in after]
-    key, count = ("outline", "px"), {("outline", "px"): len(moments)}
-    before = Errors.of(np.array([found.before[k] for k in moments]))
-    return Accuracy({key: before}, count), Accuracy({key: Errors.of(np.array(told))}, count)
+def _accuracy(distances: Mapping[int, float]) -> Accuracy:
+    """Of the outline in the moments held out, px."""
+    key = ("outline", "px")
+    errors = Errors.of(np.array(list(distances.values())))
+    return Accuracy({key: errors}, {key: len(distances)}) if distances else Accuracy({}, {})
 
 
-def _not_held_out(found: Tracked) -> tuple[str, ...]:
-    if len(found.keys) < len(found.poses):
-        return ()
-    return ("All moments were learned from, so the errors are not held out.",)
+def _predicted_95(found: Tracked) -> float | None:
+    """m: that the hand is off in the first camera, over all moments; none if there was no body."""
+    if found.fit.lost:
+        return None
+    return length_quantile([pose.covariance[:3, :3] for pose in found.poses], np.inf, 0.95)
 
 
 def corrections(estimate: Estimate) -> dict[str, float]:

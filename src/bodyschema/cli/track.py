@@ -73,9 +73,9 @@ class Track:
             document = json.dumps({**answer.details, "frames": frames}, indent=1) + "\n"
             answer = replace(answer, files={**answer.files, "track.json": document.encode()})
             more = {"frames": frames, "frames_per_second": tracked.rate}
-        return finish(
-            answer, self.out, self.overwrite, self.json, more, _then(answer), force=self.force
-        )
+        # Overlays show why a body was not found; nothing is corrected then.
+        force = self.force or bool(answer.details["lost"])
+        return finish(answer, self.out, self.overwrite, self.json, more, _then(answer), force=force)
 
     def command(self) -> str:
         """The command line that asks for this result, wherever it goes and whatever is printed."""

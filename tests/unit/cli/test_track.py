@@ -18,6 +18,7 @@ from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.judging.calibration import Calibration
+from bodyschema.learners.images.picture_weights import PictureWeights
 from bodyschema.report.application import Application
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.tracking.words import warnings
@@ -170,7 +171,8 @@ def test_a_joint_that_slides_is_doubted_and_told_in_mm(folder: Path) -> None:
 
 def test_a_hand_that_never_shows_is_told_apart_from_a_body_that_is_not_there() -> None:
     pose = SimpleNamespace(lost=True)
-    fit = SimpleNamespace(lost=False, bias=np.zeros(1))
+    weights = PictureWeights(np.ones((2, 1)), np.ones(1))
+    fit = SimpleNamespace(lost=False, bias=np.zeros(1), weights=weights)
     evidence: Any = SimpleNamespace(
         fit=fit, lost=np.array([True, True]), poses=[pose, pose], hand="fore", kept=(),
         cameras=("eye",), numbers=[0, 1],

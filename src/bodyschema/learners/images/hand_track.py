@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.estimation.estimate import Estimate
-from bodyschema.learners.images.markerless import FINE_REACH, learn_colours
+from bodyschema.learners.images.markerless import COARSE_REACH, FINE_REACH, learn_colours
 from bodyschema.learners.images.markerless_fit import MarkerlessFit, is_lost
 from bodyschema.learners.images.rim_fit import RimRows
 from bodyschema.learners.images.sight import Sight
@@ -82,6 +82,17 @@ class HandTracker:
             is_lost(min(rows.matched, self._of_hand(rows)), seen.masked),
         )
 
+    def distance(self, seen: Images, z: Array) -> float:
+        """Pixels that half of the outline lies within of the body by z (size,).
+
+        What is farther away is looked for as far as a first guess may be off.
+        """
+        sight, model = Sight.of(seen, self.colours), self.fit.model
+        near = model.rows(sight, z, FINE_REACH[-1]).distance(np.inf)
+        if np.isfinite(near):
+            return near
+        return model.rows(sight, z, COARSE_REACH[0]).distance(COARSE_REACH[0])
+
     def _of_hand(self, rows: RimRows) -> float:
         """Share of the contour of the hand's own link that is found; 1 where it has no shape."""
         surface = self.fit.model.surface
@@ -89,7 +100,7 @@ class HandTracker:
         if link not in surface.frames:
             return 1.0
         piece = surface.frames.index(link)
-        return float(rows.matches[piece] / max(rows.lengths[piece], 1.0))
+        return float(rows.matches[:, piece].sum() / max(rows.lengths[:, piece].sum(), 1.0))
 
 
 def hand_pose(estimate: Estimate, q: Array, eye: str, hand: str) -> tuple[Array, Array]:

@@ -6,7 +6,9 @@
     fit       the same on all postures in full resolution, and what cameras and meshes may have
               wrong along with it (`doubts`)
               If too little of the contour fits, all again from twice as many other guesses.
-    say       covariance, directions that are open, share of the contour that fits
+              Near the end each picture and each piece has its own weight (`picture_weights`).
+    say       covariance, widened by what pictures and pieces contradict each other
+              (`disagreement`), directions that are open, share of the contour that fits
 
 Vicente, Jamone, Bernardino 2016 keep the guesses and let them wander; here they only find the basin
 of attraction, and what a thousand rim points say of a posture adds up over postures without loss.
@@ -31,10 +33,12 @@ from bodyschema.estimation.identifiability import (
     from_information,
     random_postures,
 )
+from bodyschema.learners.images.disagreement import Disagreement
 from bodyschema.learners.images.doubts import Doubts
 from bodyschema.learners.images.markerless_fit import MarkerlessFit, overlap, wanted_of
+from bodyschema.learners.images.picture_weights import PictureWeights
 from bodyschema.learners.images.rim_fit import RimModel, noise_at
-from bodyschema.learners.images.rim_information import design_effect, without
+from bodyschema.learners.images.rim_information import LEAST_EFFECT, without
 from bodyschema.learners.images.sight import Sight
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
@@ -58,6 +62,10 @@ COARSE_REACH = (40.0, 40.0, 30.0, 20.0, 15.0, 10.0, 8.0, 6.0)
 
 FINE_REACH = (15.0, 10.0, 7.0, 5.0, 4.0, 4.0, 4.0, 4.0)
 """pixels, from the best guess in full resolution."""
+
+WEIGHED = 5.0
+"""pixels: nearer than so, a picture in which little is found does not show the body there, and has
+less weight; while the search is wide, it is the guess that is off."""
 
 LEAST_SAID = 10.0
 """Information in units of the prior below which a direction is open. A shape is never quite right:
@@ -100,7 +108,7 @@ class Markerless:
         _check(frames)
         model = RimModel.of(self.surface, body, variables, frames[0].cameras, self.doubts)
         answers: list[MarkerlessFit] = []
-        while not answers or (answers[-1].lost and self.seeds and len(answers) < ATTEMPTS):
+        while not answers or (not answers[-1].agreed and self.seeds and len(answers) < ATTEMPTS):
             again = 2 ** len(answers)
             more = replace(
                 self,
@@ -109,14 +117,14 @@ class Markerless:
                 seed=self.seed + len(answers),
             )
             answers.append(more.fit_once(model, frames))
-        return max(answers, key=lambda answer: answer.matched)
+        return max(answers, key=lambda answer: answer.weights.total)
 
     def fit_once(self, model: RimModel, frames: Sequence[Images]) -> MarkerlessFit:
         """From one set of guesses."""
         z = self.start(model, frames) if self.seeds else np.zeros(len(model.scale))
         sights = self._sights(model, z, frames)
         for reach in FINE_REACH:
-            z = _refine(model, sights, z, (reach,))
+            z = _refine(model, sights, z, (reach,), weighted=reach <= WEIGHED)
             if not frames[0].masked:
                 sights = self._sights(model, z, frames)
         return self._answer(model, sights, z, frames)
@@ -158,32 +166,34 @@ class Markerless:
     def _answer(
         self, model: RimModel, sights: Sequence[Sight], z: Array, frames: Sequence[Images]
     ) -> MarkerlessFit:
-        n, wanted = len(model.variables), len(model.wanted)
-        rows = [model.rows(sight, z, FINE_REACH[-1]) for sight in sights]
-        f = design_effect(rows, model.scale, n)
-        H = np.sum([r.H for r in rows], axis=0) / f
-        whole = Estimate(model.body, model.variables, z[:n], without(H, model.scale, n))
+        n = len(model.variables)
+        seen = [model.rows(sight, z, FINE_REACH[-1]) for sight in sights]
+        weights = PictureWeights.of(seen)
+        rows = weights.on(seen)
+        apart = Disagreement.of(model, rows, z, frames[0].masked)
+        H = np.sum([r.H for r in rows], axis=0) / LEAST_EFFECT
+        said = without(H, model.scale, n) / apart.kappa
+        whole = Estimate(model.body, model.variables, z[:n], said)
+        at_random = self._at_random(model, sights[0], z, len(sights)) / apart.kappa
         left = np.concatenate([np.abs(r.left) for r in rows])
-        length = float(np.sum([r.lengths for r in rows]))
-        at_random = self._at_random(model, sights[0], z, f, len(sights))
         return MarkerlessFit(
             model,
             z,
             whole,
-            float(np.sum([r.matches for r in rows])) / max(length, 1.0),
+            weights.matched(rows),
             float(np.median(left)) if len(left) else np.inf,
             overlap(model, z, frames),
-            from_information(
-                wanted_of(model, whole), without(at_random, model.scale, wanted), LEAST_SAID
-            ),
+            from_information(wanted_of(model, whole), at_random, LEAST_SAID),
+            weights,
+            apart,
         )
 
-    def _at_random(self, model: RimModel, sight: Sight, z: Array, f: float, count: int) -> Array:
-        """Information that as many pictures of random postures would bring."""
+    def _at_random(self, model: RimModel, sight: Sight, z: Array, count: int) -> Array:
+        """Information on what is wanted that as many pictures of random postures would bring."""
         rng, H = np.random.default_rng(self.seed), np.zeros((len(z), len(z)))
         for q in random_postures(model.posed(z), RANDOM_POSTURES, rng):
-            H += model.imagined(sight.cameras, q, z) * count / RANDOM_POSTURES / f
-        return H
+            H += model.imagined(sight.cameras, q, z) * count / RANDOM_POSTURES / LEAST_EFFECT
+        return without(H, model.scale, len(model.wanted))
 
 
 def learn_colours(model: RimModel, z: Array, frames: Sequence[Images]) -> list[ColourModel]:
@@ -206,13 +216,18 @@ def learn_colours(model: RimModel, z: Array, frames: Sequence[Images]) -> list[C
 
 
 def _refine(
-    model: RimModel, sights: Sequence[Sight], z: Array, reaches: Sequence[float], step: int = 1
+    model: RimModel,
+    sights: Sequence[Sight],
+    z: Array,
+    reaches: Sequence[float],
+    step: int = 1,
+    weighted: bool = False,
 ) -> Array:
     """Gauss-Newton steps, one for each reach."""
     for reach in reaches:
-        noise = noise_at(reach)
-        parts = [model.normal(model.rows(sight, z, reach, step), z, noise) for sight in sights]
-        z = model.solve(parts)
+        rows = [model.rows(sight, z, reach, step) for sight in sights]
+        rows = PictureWeights.of(rows).on(rows) if weighted else rows
+        z = model.solve([model.normal(row, z, noise_at(reach)) for row in rows])
     return z
 
 

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
+from bodyschema.learners.images.disagreement import Disagreement
 from bodyschema.learners.images.doubts import PER_CAMERA
+from bodyschema.learners.images.picture_weights import PictureWeights
 from bodyschema.learners.images.rim_fit import RimModel
 from bodyschema.learners.images.rim_information import without
 from bodyschema.senses.images import Images
@@ -23,6 +25,9 @@ Array = NDArray[np.float64]
 LOST, LOST_WITHOUT_MASKS = 0.6, 0.5
 """Share of the contour that must fit."""
 
+MOST = 0.5
+"""Share of the pictures that must count, or the majority speaks against the answer."""
+
 
 @dataclass(frozen=True)
 class MarkerlessFit:
@@ -34,12 +39,16 @@ class MarkerlessFit:
     whole: Estimate
     """Of the parameters and the turns of the cameras; what is left of z is marginalised."""
     matched: float
-    """Share of the imagined contour that was found within 2 pixels."""
+    """Share of the imagined contour that was found within 2 pixels, pictures by their weights."""
     residual: float
     """Median distance of the found contour, pixels, without the bias."""
     iou: float
     """Mean overlap with the masks; nan without masks."""
     identifiability: Identifiability
+    weights: PictureWeights
+    """How much each picture and each piece counted."""
+    disagreement: Disagreement
+    """How far moments and pieces contradict each other; its kappa is in the covariance."""
 
     @property
     def estimate(self) -> Estimate:
@@ -53,9 +62,27 @@ class MarkerlessFit:
         return self.z[n : n + PER_CAMERA * cameras : PER_CAMERA]
 
     @property
+    def masked(self) -> bool:
+        """Whether it was made of masks."""
+        return not np.isnan(self.iou)
+
+    def without(self, k: int) -> Array:
+        """z (size,) if moment k had not been learned from, to first order."""
+        z = self.z.copy()
+        live = self.model.scale > 0
+        z[live] = self.model.scale[live] * self.disagreement.without(k)
+        return z
+
+    @property
+    def agreed(self) -> bool:
+        """Whether the body was found, and in most of the pictures."""
+        there = np.isfinite(self.weights.pictures)
+        return not self.lost and bool(self.weights.used[there].mean() > MOST)
+
+    @property
     def lost(self) -> bool:
         """Whether the body is not where the estimate says, or something is before it."""
-        return is_lost(self.matched, not np.isnan(self.iou))
+        return is_lost(self.matched, self.masked)
 
 
 def wanted_of(model: RimModel, whole: Estimate) -> Estimate:

@@ -54,21 +54,36 @@ class RimRows:
     """(n,) pixels outward of what is drawn."""
     left: Array
     """(n,) e, pixels."""
+    length: Array
+    """(n,) l, pixels."""
     weight: Array
     """(n,) w."""
     group: Ints
     """(n,) camera and piece."""
     lengths: Array
-    """(n_pieces,) pixels of contour that was looked for."""
+    """(n_cameras, n_pieces) pixels of contour that was looked for."""
     matches: Array
-    """(n_pieces,) pixels of it that were found within `MATCHED`."""
-    loss: float
-    """Mean of rho over it, pixels^2; see `hypothesis`."""
+    """(n_cameras, n_pieces) pixels of it that were found within `MATCHED`."""
+    losses: Array
+    """(n_cameras, n_pieces) sums of rho over it, pixels^3; see `hypothesis`."""
 
     @property
     def matched(self) -> float:
         """Share of the contour that was found within `MATCHED`; 0 where there is none."""
         return float(self.matches.sum()) / max(float(self.lengths.sum()), 1.0)
+
+    @property
+    def loss(self) -> float:
+        """Mean of rho over the contour, pixels^2; that of nothing found where there is none."""
+        length = float(self.lengths.sum())
+        return float(self.losses.sum()) / length if length else MATCHED**2
+
+    def distance(self, unseen: float) -> float:
+        """Pixels that half of the contour lies within, what was not found taken as so far."""
+        order = np.argsort(np.abs(self.left))
+        so_far = np.cumsum(self.length[order])
+        k = int(np.searchsorted(so_far, float(self.lengths.sum()) / 2))
+        return float(np.abs(self.left[order[k]])) if k < len(order) else unseen
 
     @cached_property
     def H(self) -> Array:
@@ -163,18 +178,20 @@ class RimModel:
         seen = sight.search(rim, reach)
         left = seen.distance - J @ np.where(self.drawn, 0.0, z)
         k = max(1.0, reach / 6)
-        here, n_pieces = seen.found, len(self.surface.frames)
+        here, shape = seen.found, (self.n_cameras, len(self.surface.frames))
+        cell = rim.camera * shape[1] + rim.piece
         matched = here & (np.abs(left) < MATCHED)
         rho = np.where(here, left**2 / (1 + (left / MATCHED) ** 2), MATCHED**2)
         return RimRows(
             J[here],
             seen.distance[here],
             left[here],
+            rim.length[here],
             (rim.length * (1 + (left / k) ** 2) ** -2)[here],
-            (rim.camera * n_pieces + rim.piece)[here],
-            _by_piece(rim.piece, rim.length, n_pieces),
-            _by_piece(rim.piece[matched], rim.length[matched], n_pieces),
-            float(np.average(rho, weights=rim.length)) if len(rim) else MATCHED**2,
+            cell[here],
+            _by_cell(cell, rim.length, shape),
+            _by_cell(cell[matched], rim.length[matched], shape),
+            _by_cell(cell, rim.length * rho, shape),
         )
 
     def imagined(self, cameras: Sequence[Camera], q: Array, z: Array) -> Array:
@@ -202,9 +219,10 @@ class RimModel:
         return np.clip(z, -bound, bound)
 
 
-def _by_piece(piece: Ints, length: Array, n_pieces: int) -> Array:
-    """Sums of lengths, (n_pieces,)."""
-    return np.asarray(np.bincount(piece, length, n_pieces), dtype=np.float64)
+def _by_cell(cell: Ints, length: Array, shape: tuple[int, int]) -> Array:
+    """Sums of lengths, (n_cameras, n_pieces)."""
+    sums = np.bincount(cell, length, shape[0] * shape[1])
+    return np.asarray(sums, dtype=np.float64).reshape(shape)
 
 
 def noise_at(reach: float) -> float:

@@ -21,14 +21,15 @@ def explanation(evidence: TrackEvidence) -> str:
     found = f"{joints} joint offset{'s' * (joints != 1)}"
     if placed:
         found += f" and the place of {placed} camera{'s' * (placed > 1)}"
-    pictures = len(evidence.learned_from) * len(evidence.cameras)
+    pictures = int(np.isfinite(fit.weights.pictures).sum())
     if fit.lost:
         return (
             f"The body was not found: in {pictures} pictures only {100 * fit.matched:.0f} % of the "
             f"imagined contour could be found whatever the {found} might be. Nothing was corrected."
         )
     return (
-        f"{found[0].upper()}{found[1:]} from {pictures} pictures: {100 * fit.matched:.0f} % of "
+        f"{found[0].upper()}{found[1:]}, {int(fit.weights.used.sum())} of {pictures} pictures "
+        f"used: {100 * fit.matched:.0f} % of "
         f"the imagined contour lies within 2 pixels of what was seen, half of it within "
         f"{fit.residual:.2f}."
     )
@@ -55,12 +56,31 @@ def findings(evidence: TrackEvidence) -> tuple[str, ...]:
 
 def warnings(evidence: TrackEvidence) -> tuple[str, ...]:
     """What has to be known before the answer is used."""
-    lines = [*_lost(evidence), *_biased(evidence)]
+    lines = [*_unused(evidence), *_lost(evidence), *_biased(evidence)]
     if evidence.kept and not evidence.fit.lost:
         lines.append(
             f"Left as modelled, because the pictures do not tell: {listed(evidence.kept, 8)}."
         )
     return tuple(lines)
+
+
+def _unused(evidence: TrackEvidence) -> list[str]:
+    """Pictures that count little, and why: by what was found in each."""
+    if evidence.fit.lost:
+        return []
+    weights = evidence.fit.weights
+    gone = np.argwhere(~weights.used & np.isfinite(weights.pictures))
+    if not len(gone):
+        return []
+    names = [
+        f"{evidence.cameras[c]} {evidence.numbers[evidence.learned_from[k]]} "
+        f"({weights.pictures[k, c]:.2f})"
+        for k, c in gone.tolist()
+    ]
+    return [
+        "Pictures that count little, with their weights, as less than half of what they should "
+        f"show was found: {listed(names, MOST_ROWS)}."
+    ]
 
 
 def _lost(evidence: TrackEvidence) -> list[str]:
