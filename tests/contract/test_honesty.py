@@ -59,7 +59,6 @@ def test_four_runs_are_counted_and_come_again(capsys):
     assert {name: row["n"] for name, row in told[0]["by_fault"].items()} == {"none": 4}
 
 
-@pytest.mark.parametrize("kind", ["hand-eye", "payload", "touch"])
 def test_runs_are_shared_out_over_kinds_and_faults():
     jobs = honesty.shared_out("hand-eye", 60, "")
     assert len(set(jobs)) == 60
@@ -68,6 +67,7 @@ def test_runs_are_shared_out_over_kinds_and_faults():
     assert honesty.shared_out("payload", 9, "late 50 ms") == []
 
 
+@pytest.mark.parametrize("kind", ["hand-eye", "payload", "touch"])
 def test_a_good_run_of_every_kind_states_what_is_true(kind):
     one = next(row for row in honesty.rows(kind) if row.good).run(0, 0)
     assert (one.crash, one.level) == ("", "good")
