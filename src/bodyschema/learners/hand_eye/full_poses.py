@@ -4,13 +4,13 @@
     eye on the base    T_base_hand X = Y T_eye_target          X = T_hand_target, Y = T_base_eye
 
 Both are A_i X = Y B_i: starts from random fours of pairs (`pair_starts`), then the likeliest of the
-fits that `pose_pairs` refines from them. Streams with clocks of their own are joined by a lag,
-t_hand = t_eye + lag, that maximises the correlation of the angular speeds and is then refined
-together with X and Y.
+fits that `pose_pairs` refines from them. Streams with clocks of their own are `pose_streams`.
 
 The eye's lengths may have a scale of their own: a single moving camera has no other, and a target
 printed in another size than was said looks like one. It is free where that raises the logarithm of
 the likelihood by more than half the logarithm of the numbers seen (Schwarz 1978) and `MARGIN`.
+
+Copies of a pair count once, and what hangs together or is few widens the covariance (`pair_bars`).
 
 What is wanted is the place of the eye: X where the hand carries it, Y where the base does. Motions
 that all turn about one axis leave its translation along that axis open. The covariance says so, and
@@ -20,7 +20,7 @@ is not to be trusted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -28,10 +28,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.learners.hand_eye.pose_pairs import REACH, PairFit, refine
+from bodyschema.estimation.prediction import length_quantile
+from bodyschema.learners.hand_eye import pose_pairs
+from bodyschema.learners.hand_eye.pair_bars import Linear, freedom, kappa, linear, postures
+from bodyschema.learners.hand_eye.pose_pairs import REACH, Moving, PairFit, refine, residual
 from bodyschema.seeds.pair_starts import Frames, pair_starts
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Mount = Literal["hand", "base"]
 
 FEWEST_PAIRS = 3
@@ -57,7 +61,8 @@ class HandEye:
     Y: Array
     """(4, 4) T_base_target, or T_base_eye."""
     covariance: Array
-    """(12, 12) of the twists (linear, angular) of X in its own frame, then of Y in its own."""
+    """(12, 12) of the twists (linear, angular) of X in its own frame, then of Y in its own; widened
+    by what hangs together in the residuals, and for a noise that was learned from few postures."""
     scale: float
     """Measured over metric translations; 1 unless it was free."""
     noise: Array
@@ -74,6 +79,14 @@ class HandEye:
     """What carries the eye."""
     second_turn: float = 1.0
     """Turning about other axes than the first one, as a share of that about it."""
+    predicted_95: float = float("nan")
+    """m: error that the place of the eye stays below with 95 %, by this covariance."""
+    postures: int = 0
+    """Of the hand, each counted once."""
+    widened: float = 1.0
+    """Standard deviations over those of independent noise: root of kappa in `pair_bars`."""
+    inverted: bool = False
+    """Whether the noise is that of the inverse of B; see `pose_pairs`."""
 
     @property
     def determined(self) -> bool:
@@ -129,27 +142,91 @@ def solve_hand_eye(
         raise InputError(f"there are {len(A)} hand poses and {len(T)} target poses; pair them.")
     if len(A) < FEWEST_PAIRS:
         raise InputError(f"{len(A)} pose pairs cannot fix two frames; record at least 10.")
+    check_turning(A)
+    _check_postures(A)
+    first, copy = _distinct(A, T)
+    A, T = A[first], T[first]
+    B = lie.inverse(T) if eye_on == "hand" else T
+    fit, u = _by_worth(A, B, pair_starts(A, B, seed), free_scale)
+    found = answered(fit, A, B, eye_on, accepted_std, worth=u)[0]
+    return replace(found, weights=found.weights[copy])
+
+
+def check_turning(A: Array) -> None:
+    """Refuse poses of a hand (n, 4, 4) that hardly turn.
+
+    Raises:
+        InputError: with the turn.
+    """
     turns = np.linalg.norm(lie.log_so3(A[0, :3, :3].T @ A[:, :3, :3]), axis=1)
     if turns.max() < LEAST_TURN:
         raise InputError(
             f"the hand turns by {np.rad2deg(turns.max()):.2g} deg at most: without turning, the "
             "place of the eye cannot be seen; record poses that turn about two axes."
         )
-    B = lie.inverse(T) if eye_on == "hand" else T
-    starts = pair_starts(A, B, seed)
+
+
+def _check_postures(A: Array) -> None:
+    count = int(postures(A).max()) + 1
+    if count < FEWEST_PAIRS:
+        raise InputError(
+            f"{len(A)} pose pairs show {count} postures of the hand, and repeats tell nothing new: "
+            "two frames need three at the very least; record 10 or more."
+        )
+
+
+def likeliest(
+    A: Array,
+    B: Array,
+    starts: list[Frames],
+    free_scale: bool | None,
+    moving: Moving | None = None,
+    lag: float = 0.0,
+    worth: Array | None = None,
+) -> PairFit:
+    """The likeliest fit, with a scale where it is wanted or, when None, where the data ask for it.
+
+    Args:
+        A: (n, 4, 4) poses of the hand.
+        B: (n, 4, 4) poses seen.
+        starts: X and Y.
+        free_scale: the eye's translations have one unknown scale.
+        moving: A at any lag, to fit that too.
+        lag: s, start.
+        worth: (n,) of each pair, in independent ones; 1 when None.
+    """
     tried: tuple[bool, ...] = (False, True) if len(A) >= FEWEST_SCALED else (False,)
     tried = tried if free_scale is None else (free_scale,)
-    fits = [_likeliest(A, B, starts, free) for free in tried]
+    fits = []
+    for free in tried:
+        refined = [
+            refine(A, B, X, Y, inverted, free, moving, lag, worth)
+            for X, Y in starts
+            for inverted in (False, True)
+        ]
+        fits.append(max(refined, key=lambda fit: fit.likelihood))
     gain = fits[-1].likelihood - fits[0].likelihood
-    chosen = fits[-1] if gain > 0.5 * np.log(6 * len(A)) + MARGIN else fits[0]
-    return _answer(chosen, accepted_std, eye_on, _second_turn(A))
+    return fits[-1] if gain > 0.5 * np.log(6 * len(A)) + MARGIN else fits[0]
 
 
-def _likeliest(A: Array, B: Array, starts: list[Frames], free_scale: bool) -> PairFit:
-    fits = [
-        refine(A, B, X, Y, inverted, free_scale) for X, Y in starts for inverted in (False, True)
-    ]
-    return max(fits, key=lambda fit: fit.likelihood)
+def _by_worth(
+    A: Array, B: Array, starts: list[Frames], free_scale: bool | None
+) -> tuple[PairFit, Array]:
+    """The likeliest fit with pairs of one posture counted for what they are worth, and that."""
+    fit, posture = likeliest(A, B, starts, free_scale), postures(A)
+    if int(posture.max()) + 1 == len(A):
+        return fit, np.ones(len(A))
+    u = pose_pairs.worth(residual(A, B, fit)[0], fit.weights, posture)
+    starts = [(fit.X, fit.Y), *starts]
+    return likeliest(A, B, starts, free_scale, worth=u), u
+
+
+def _distinct(A: Array, T: Array) -> tuple[Ints, Ints]:
+    """First row of each different pair, in order, and for each row its place among these."""
+    both = np.hstack([A.reshape(-1, 16), T.reshape(-1, 16)])
+    _, first, copy = np.unique(both, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return first[order], np.argsort(order)[copy.ravel()]
 
 
 def _poses(values: ArrayLike, name: str) -> Array:
@@ -169,21 +246,45 @@ def _second_turn(A: Array) -> float:
     return float(sizes[1] / max(sizes[0], 1e-300))
 
 
-def _answer(fit: PairFit, accepted_std: float, eye_on: Mount, second_turn: float) -> HandEye:
+def answered(
+    fit: PairFit,
+    A: Array,
+    B: Array,
+    eye_on: Mount,
+    accepted_std: float,
+    twists: Array | None = None,
+    worth: Array | None = None,
+) -> tuple[HandEye, Linear]:
+    """The answer that a fit is, with honest bars, and the linear problem near it.
+
+    Args:
+        fit: of these pairs.
+        A: (n, 4, 4) poses of the hand.
+        B: (n, 4, 4) poses seen.
+        eye_on: what carries the eye.
+        accepted_std: m.
+        twists: (n, 6) of the hand a second, where the lag was fitted.
+        worth: (n,) of each pair, in independent ones; 1 when None.
+    """
     size = len(fit.information)
-    prior = np.zeros(size)
-    prior[:3] = REACH**-2
+    prior = np.full(size, 1e-9)
+    prior[:3] += REACH**-2
     # Y follows X where the poses leave both open; a weak prior keeps the inverse finite.
-    prior[6:9] = (10 * REACH) ** -2
-    covariance = np.linalg.inv(fit.information + np.diag(prior + 1e-9))
+    prior[6:9] += (10 * REACH) ** -2
+    free_scale = size > 12 + (twists is not None)
+    problem = linear(A, B, fit, free_scale, twists, np.diag(prior), worth)
     eye, first = (fit.X, 0) if eye_on == "hand" else (fit.Y, 6)
     rotation, mine = eye[:3, :3], slice(first, first + 3)
-    values, vectors = np.linalg.eigh(rotation @ covariance[mine, mine] @ rotation.T)
+    wide, nu = kappa(problem, np.eye(size)[mine]), freedom(fit.weights, problem.posture)
+    # With a noise from few postures errors are Student's, of variance nu / (nu - 2).
+    covariance = wide * problem.covariance[:12, :12]
+    known = covariance * max(nu / max(nu - 2, 1.0), 1.0)
+    values, vectors = np.linalg.eigh(rotation @ known[mine, mine] @ rotation.T)
     axis = vectors[:, -1] * np.sign(vectors[np.argmax(np.abs(vectors[:, -1])), -1])
-    return HandEye(
+    answer = HandEye(
         fit.X,
         fit.Y,
-        np.asarray((covariance + covariance.T)[:12, :12] / 2),
+        known,
         fit.scale,
         fit.noise,
         fit.weights,
@@ -191,5 +292,10 @@ def _answer(fit: PairFit, accepted_std: float, eye_on: Mount, second_turn: float
         float(np.sqrt(values[-1])),
         accepted_std,
         eye_on,
-        second_turn,
+        _second_turn(A),
+        length_quantile([covariance[mine, mine]], nu, 0.95),
+        int(problem.posture.max()) + 1,
+        float(np.sqrt(wide)),
+        fit.inverted,
     )
+    return answer, problem

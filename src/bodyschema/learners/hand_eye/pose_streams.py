@@ -1,16 +1,10 @@
 """Two streams of poses with clocks of their own, joined by a lag: t_hand = t_eye + lag.
 
-A rigid body turns at one speed, whoever measures it: |omega| of the hand (in the base) and of the
-eye (against its target) are the same function of time but for the lag. The first guess maximises
-the correlation of both speeds. Then X, Y and the lag are refined together: with the residuals
-r(X, Y, lag) of the pairs (`pose_pairs`), whitened by their noise S and weighted, and J their
-derivatives by central differences in all thirteen,
-
-    (sum w J^T S^-1 J) d = -sum w J^T S^-1 r
-
-X and Y are solved for anew at the moved lag, and the lag's part of the inverse is its variance:
-with X and Y held, a step of the lag would be too short and its error far too small, as a slow hand
-that is late looks like one that is elsewhere.
+`lag_search` finds the lags that make both turn by the same angles; from each of them X, Y and the
+lag are fitted together (`pose_pairs`), and the likeliest fit is the answer. Its covariance is that
+of all thirteen: with the frames held, the lag's error would be far too small, since a slow hand
+that is late looks like one that is elsewhere. What hangs together in time widens the lag's error as
+it does that of the frames (`pair_bars`).
 
 Hand poses between two readings are interpolated along one screw-free arc (rotation vector and
 translation separately); pairs in gaps of the hand's stream are left out.
@@ -18,33 +12,52 @@ translation separately); pairs in gaps of the hand's stream are left out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.learners.hand_eye.full_poses import HandEye, Mount, solve_hand_eye
+from bodyschema.learners.hand_eye.full_poses import (
+    HandEye,
+    Mount,
+    answered,
+    check_turning,
+    likeliest,
+)
+from bodyschema.learners.hand_eye.lag_search import APART, likely_lags
+from bodyschema.learners.hand_eye.pair_bars import kappa
+from bodyschema.learners.hand_eye.pose_pairs import PairFit
+from bodyschema.learners.hand_eye.stamps import check_stamps
+from bodyschema.seeds.pair_starts import pair_starts
 
 Array = NDArray[np.float64]
-
-GRID = 0.01
-"""s, of the resampled speeds."""
-
-WINDOW = 0.1
-"""s over which a speed is measured: single readings are too noisy."""
+Ints = NDArray[np.int64]
 
 LARGEST_GAP = 0.2
 """s between readings of the hand, across which it is not interpolated."""
 
-SOLVED_ON = 400
-"""Pairs that each round solves; all of them would not say more."""
+SOLVED_ON, SEARCHED_ON = 400, 150
+"""Pairs that the answer and the choice between lags are fitted to, up to twice as many; all would
+not say more."""
 
-ROUNDS = 10
+ROUNDS = 4
+"""Fits at most, each to the pairs that the lag of the one before shares with the hand."""
 
-STEPS = np.array([*[1e-4] * 12, 5e-3])
-"""m, rad and s: halves of the difference quotients."""
+HALF_WINDOW = 0.02
+"""s before and after a moment, between which the hand's twist is taken."""
+
+FEWEST_JOINED = 10
+"""Readings of the eye within the hand's stream: thirteen numbers are wanted, and a lag shows in
+what the others leave."""
+
+SETTLED = 1e-4
+"""s that the last fit may move the lag."""
+
+AS_GOOD = 15.0
+"""Logarithm of the likelihood, over `SEARCHED_ON` pairs, by which a lag must beat the others to be
+the only one."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +68,43 @@ class JoinedStreams:
     lag: float
     """s: t_hand = t_eye + lag."""
     lag_std: float
-    """s."""
-    rows: NDArray[np.int64]
+    """s, of the fit of lag and frames together."""
+    rows: Ints
     """Readings of the eye that were used; `hand_eye.weights` belongs to them."""
     T_base_hand: Array
     """(n, 4, 4) hand poses at these readings."""
+    twists: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    """(n, 6) m/s and rad/s of the hand at these readings, in its own frame."""
+    other_lags: tuple[float, ...] = ()
+    """s: other lags that explain the streams as well, as in motion that repeats itself."""
+    at_edge: bool = False
+    """Whether the lag lies where the search ended."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """A stream of hand poses."""
+
+    time: Array
+    """(n,) s, increasing."""
+    T: Array
+    """(n, 4, 4)."""
+
+    def rotations(self, at: Array) -> Array:
+        """(m, 3, 3); nan where it was not read."""
+        R = np.full((len(at), 3, 3), np.nan)
+        inside = usable(self.time, at)
+        R[inside] = interpolate(self.time, self.T, at[inside])[:, :3, :3]
+        return R
+
+    def moving(self, at: Array) -> tuple[Array, Array]:
+        """Poses (m, 4, 4), and twists a second in the hand's own frame, (m, 6)."""
+        times = np.concatenate([at, at - HALF_WINDOW, at + HALF_WINDOW])
+        here, *ends = interpolate(self.time, self.T, times).reshape(3, -1, 4, 4)
+        before, after = (lie.inverse(here) @ end for end in ends)
+        turn = lie.log_so3(np.swapaxes(before[:, :3, :3], 1, 2) @ after[:, :3, :3])
+        twist = np.hstack([after[:, :3, 3] - before[:, :3, 3], turn])
+        return here, twist / (2 * HALF_WINDOW)
 
 
 def join_streams(
@@ -68,8 +113,10 @@ def join_streams(
     time_eye: ArrayLike,
     T_eye_target: ArrayLike,
     eye_on: Mount = "hand",
-    free_scale: bool = False,
+    free_scale: bool | None = False,
     largest_lag: float = 5.0,
+    accepted_std: float = 0.05,
+    seed: int = 0,
 ) -> JoinedStreams:
     """Find lag, X and Y from two streams.
 
@@ -79,31 +126,97 @@ def join_streams(
         time_eye: (m,) s, increasing.
         T_eye_target: (m, 4, 4).
         eye_on: whether the hand or the base carries the eye.
-        free_scale: the eye's translations have one unknown scale.
+        free_scale: the eye's translations have one unknown scale; decided by the data when None.
         largest_lag: s; the search goes this far either way, after both streams were set to begin
             together if they do not overlap.
+        accepted_std: m; above it the eye's place counts as not determined.
+        seed: of the random starts.
 
     Raises:
-        InputError: times that do not increase, or streams without common motion.
+        InputError: times that do not increase or are in another unit, or streams without common
+            motion.
     """
-    t_hand, A = _stream(time_hand, T_base_hand, "hand")
-    t_eye, T = _stream(time_eye, T_eye_target, "eye")
-    base = 0.0 if _overlap(t_hand, t_eye) > WINDOW else float(t_hand[0] - t_eye[0])
-    lag = base + _correlated_lag(t_hand, A, t_eye + base, T, largest_lag)
-    rows = np.arange(len(t_eye))
-    for _ in range(ROUNDS):
-        rows = usable(t_hand, t_eye + lag)
-        rows = rows[:: max(1, len(rows) // SOLVED_ON)]
-        answer = solve_hand_eye(
-            interpolate(t_hand, A, t_eye[rows] + lag), T[rows], eye_on, free_scale
+    path = Path(*_stream(time_hand, T_base_hand, "hand"))
+    t, T = _stream(time_eye, T_eye_target, "eye")
+    check_stamps(path.time, t)
+    check_turning(path.T)
+    both = _Streams(path, t, T, eye_on, free_scale, seed)
+    middle = 0.0 if _overlap(path.time, t) > LARGEST_GAP else float(path.time[0] - t[0])
+    lags = likely_lags(path.rotations, t, T[:, :3, :3], middle, largest_lag, seed)
+    tried = [one for lag in lags if (one := both.tried(lag)) is not None]
+    if not tried:
+        raise InputError(
+            f"the streams share no motion at any lag within {largest_lag:g} s; look whether they "
+            "are of one recording, and record motions that turn the hand."
         )
-        step, std = _lag_step(answer, eye_on, t_hand, A, t_eye[rows] + lag, T[rows])
-        lag += step
-        if abs(step) < 0.05 * std:
-            break
-    there = interpolate(t_hand, A, t_eye[rows] + lag)
-    answer = solve_hand_eye(there, T[rows], eye_on, free_scale)
-    return JoinedStreams(answer, lag, std, rows, there)
+    best = max(tried, key=_each)
+    as_good = {f.lag for f, n in tried if SEARCHED_ON * (_each(best) - _each((f, n))) < AS_GOOD}
+    others = tuple(sorted(lag for lag in as_good if abs(lag - best[0].lag) > APART))
+    edge = abs(best[0].lag - middle) > largest_lag - APART
+    return both.joined(best[0].lag, accepted_std, others, edge)
+
+
+@dataclass(frozen=True)
+class _Streams:
+    """Both, and how they are fitted."""
+
+    path: Path
+    time: Array
+    T: Array
+    eye_on: Mount
+    free_scale: bool | None
+    seed: int
+    starts: int = 3
+
+    def tried(self, lag: float) -> tuple[PairFit, Ints] | None:
+        """A fit from one start alone, without a scale of its own: enough to choose a lag by."""
+        return replace(self, free_scale=False, starts=1).fitted(lag, SEARCHED_ON)
+
+    def fitted(self, lag: float, count: int) -> tuple[PairFit, Ints] | None:
+        """Lag, X and Y from so many pairs and a first lag, and the rows; None if too few."""
+        rows = usable(self.path.time, self.time + lag)
+        if len(rows) < FEWEST_JOINED:
+            return None
+        rows = rows[:: max(1, len(rows) // count)]
+        A, B = self.path.moving(self.time[rows] + lag)[0], self.seen(rows)
+
+        def moving(at: float) -> tuple[Array, Array]:
+            return self.path.moving(self.time[rows] + at)
+
+        starts = pair_starts(A, B, self.seed)[: self.starts]
+        return likeliest(A, B, starts, self.free_scale, moving, lag), rows
+
+    def seen(self, rows: Ints) -> Array:
+        """B of `pose_pairs`, (n, 4, 4)."""
+        T = self.T[rows]
+        return np.asarray(lie.inverse(T)) if self.eye_on == "hand" else T
+
+    def joined(
+        self, lag: float, accepted_std: float, others: tuple[float, ...], edge: bool
+    ) -> JoinedStreams:
+        """The answer from a lag that is nearly right."""
+        for _ in range(ROUNDS):
+            found = self.fitted(lag, SOLVED_ON)
+            if found is None:
+                raise InputError(
+                    f"at the lag of {lag:.3g} s the streams share fewer than {FEWEST_JOINED} "
+                    "moments; record both for longer."
+                )
+            fit, rows = found
+            settled, lag = abs(fit.lag - lag) < SETTLED, fit.lag
+            if settled:
+                break
+        A, twists = self.path.moving(self.time[rows] + lag)
+        answer, problem = answered(fit, A, self.seen(rows), self.eye_on, accepted_std, twists)
+        wanted = np.eye(len(fit.information))[-1:]
+        std = float(np.sqrt(kappa(problem, wanted) * problem.covariance[-1, -1]))
+        return JoinedStreams(answer, lag, std, rows, A, twists, others, edge)
+
+
+def _each(fitted: tuple[PairFit, Ints]) -> float:
+    """Logarithm of the likelihood of a pair."""
+    fit, rows = fitted
+    return fit.likelihood / len(rows)
 
 
 def interpolate(time: Array, T: Array, at: Array) -> Array:
@@ -116,10 +229,21 @@ def interpolate(time: Array, T: Array, at: Array) -> Array:
     return lie.transform(rotation, p + share[:, None] * (T[k + 1, :3, 3] - p))
 
 
+def usable(time: Array, at: Array) -> Ints:
+    """Moments that lie between two readings of one piece."""
+    k = np.clip(np.searchsorted(time, at) - 1, 0, len(time) - 2)
+    inside = (at >= time[0]) & (at <= time[-1]) & (time[k + 1] - time[k] <= LARGEST_GAP)
+    return np.flatnonzero(inside)
+
+
 def _stream(time: ArrayLike, poses: ArrayLike, name: str) -> tuple[Array, Array]:
     t, T = np.asarray(time, dtype=np.float64), np.asarray(poses, dtype=np.float64)
     if t.ndim != 1 or T.shape != (len(t), 4, 4):
         raise InputError(f"the {name}'s stream has times {t.shape} and poses {T.shape}.")
+    if len(t) < FEWEST_JOINED:
+        raise InputError(
+            f"the {name}'s stream has {len(t)} readings; a lag needs {FEWEST_JOINED} at least."
+        )
     back = np.flatnonzero(np.diff(t) <= 0)
     if len(back):
         raise InputError(
@@ -131,67 +255,3 @@ def _stream(time: ArrayLike, poses: ArrayLike, name: str) -> tuple[Array, Array]
 
 def _overlap(a: Array, b: Array) -> float:
     return float(min(a[-1], b[-1]) - max(a[0], b[0]))
-
-
-def _speed(time: Array, T: Array, at: Array) -> Array:
-    """Angular speed over a window round each moment, rad/s; 0 where nothing was read."""
-    before = interpolate(time, T, at - WINDOW / 2)[:, :3, :3]
-    after = interpolate(time, T, at + WINDOW / 2)[:, :3, :3]
-    speed = np.linalg.norm(lie.log_so3(np.swapaxes(before, 1, 2) @ after), axis=1) / WINDOW
-    inside = np.isin(np.arange(len(at)), usable(time, at))
-    return np.where(inside, speed, 0.0)
-
-
-def usable(time: Array, at: Array) -> NDArray[np.int64]:
-    """Moments that lie between two readings of one piece."""
-    k = np.clip(np.searchsorted(time, at) - 1, 0, len(time) - 2)
-    inside = (at >= time[0]) & (at <= time[-1]) & (time[k + 1] - time[k] <= LARGEST_GAP)
-    return np.flatnonzero(inside)
-
-
-def _correlated_lag(t_hand: Array, A: Array, t_eye: Array, T: Array, largest: float) -> float:
-    grid = np.arange(min(t_hand[0], t_eye[0]), max(t_hand[-1], t_eye[-1]), GRID)
-    hand, eye = _speed(t_hand, A, grid), _speed(t_eye, T, grid)
-    if hand.std() < 1e-6 or eye.std() < 1e-6:
-        raise InputError("one of the streams does not turn; record motions that turn the hand.")
-    # Gross outliers of a tracker would rule the correlation: cap speeds at a high quantile.
-    hand = np.minimum(hand, np.quantile(hand, 0.99)) - hand.mean()
-    eye = np.minimum(eye, np.quantile(eye, 0.95)) - eye.mean()
-    size = 2 ** int(np.ceil(np.log2(2 * len(grid))))
-    product = np.fft.irfft(np.fft.rfft(hand, size) * np.conj(np.fft.rfft(eye, size)), size)
-    shifts = np.fft.fftfreq(size, 1 / size)
-    allowed = np.abs(shifts) * GRID <= largest
-    return float(shifts[np.argmax(np.where(allowed, product, -np.inf))] * GRID)
-
-
-def _lag_step(
-    answer: HandEye, eye_on: Mount, t_hand: Array, A: Array, at: Array, T: Array
-) -> tuple[float, float]:
-    """Gauss-Newton step of the lag together with X and Y, and its standard deviation, s."""
-    seen = lie.inverse(T) if eye_on == "hand" else T
-    L = np.linalg.cholesky(answer.noise)
-
-    def whitened(step: Array) -> Array:
-        """Residual where X and Y moved by twists in their own frames, and the lag by s."""
-        X, Y = answer.X @ _moved(step[:6]), answer.Y @ _moved(step[6:12])
-        P = lie.inverse(Y) @ interpolate(t_hand, A, at + step[12]) @ X
-        turn = lie.log_so3(seen[:, :3, :3] @ np.swapaxes(P[:, :3, :3], 1, 2))
-        r = np.concatenate([seen[:, :3, 3] - answer.scale * P[:, :3, 3], turn], axis=1)
-        return np.asarray(np.linalg.solve(L, r.T).T)
-
-    slopes = []
-    for i, size in enumerate(STEPS):
-        step = size * (np.arange(13) == i)
-        slopes.append((whitened(step) - whitened(-step)) / (2 * size))
-    J, w = np.stack(slopes, axis=2), answer.weights
-    H = np.einsum("n,nij,nik->jk", w, J, J)
-    # In units of the steps, so that metres, radians and seconds weigh alike.
-    D = np.outer(STEPS, STEPS)
-    inverse = np.linalg.inv(H * D + 1e-12 * np.diag(np.diag(H * D)) + 1e-30 * np.eye(13)) * D
-    step = -inverse @ np.einsum("n,nij,ni->j", w, J, whitened(np.zeros(13)))
-    return float(step[12]), float(np.sqrt(inverse[12, 12]))
-
-
-def _moved(twist: Array) -> Array:
-    """The transform of a small twist, (4, 4)."""
-    return lie.transform(lie.exp_so3(twist[3:]), twist[:3])
