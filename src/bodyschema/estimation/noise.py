@@ -46,7 +46,7 @@ two numbers of data outweigh it."""
 SHRINKS, GROWS = -0.5, 1.0
 """Longest steps of log s; the information changes with its square."""
 
-SURE = 2.0
+SURE = 3.0
 """Standard errors of a level by which it must exceed stated noise to be called model error."""
 
 

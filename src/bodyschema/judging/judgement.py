@@ -53,6 +53,10 @@ Array = NDArray[np.float64]
 ANYWHERE = 200
 """Postures that stand for a workspace."""
 
+WHOLE = ("offsets", "axes", "links")
+"""What may be wrong with joints, whether or not a recording is long enough to tell: what a shorter
+model takes for exact is held against it within its prior."""
+
 CONVINCING = 2.0
 """Standard errors by which a larger model must be better to be preferred to a smaller one."""
 
@@ -110,7 +114,10 @@ def judged(
         progress(f"{folds}-fold test of the robot as modelled")
         modelled = judge(problem.fit(still, senses), problem.fit)
     sure = scored[models[0]].behind(scored[chosen]) >= CONVINCING
-    trial = _Trial(senses, good, fits[chosen], fits[models[-1]], modelled, tests[chosen])
+    whole = fits[models[-1]]
+    if choose and again and models[-1] != WHOLE:
+        whole = problem.fit(problem.variables(WHOLE), senses)
+    trial = _Trial(senses, good, fits[chosen], fits[models[-1]], whole, modelled, tests[chosen])
     progress("residual fields, and what disagrees")
     found = _answered(trial, problem, chosen, sure, candidates, seed, wanted)
     return replace(found, seconds=time.perf_counter() - begin)
@@ -125,6 +132,9 @@ class _Trial:
     """(n,) for each sense: no outliers."""
     fit: Estimate
     fullest: Estimate
+    """Of the largest model that the recording can afford."""
+    whole: Estimate
+    """Of the largest that there is."""
     modelled: HeldOut
     final: HeldOut
 
@@ -151,8 +161,9 @@ def _answered(
         sense.label: learn_discrepancy(fit.body, sense, mask)
         for sense, mask in zip(senses, good, strict=True)
     }
+    larger = trial.whole if trial.whole.converged else trial.fullest
     pairs = wanted or wanted_pairs(fit, senses)
-    weighing = weighed_up(fit, trial.fullest, senses, fields, pairs, seed)
+    weighing = weighed_up(fit, larger, senses, fields, pairs, seed)
     if wanted and verdict == "calibrated" and (why := unhelped(fit, weighing, senses, wanted)):
         verdict, explanation = "refused", f"{explanation} {why}"
     where_seen = [_predicted(fit, senses, s, _some(s.q)) for s in senses]

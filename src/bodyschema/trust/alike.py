@@ -19,7 +19,7 @@ from bodyschema.senses.sense import Sense
 Array = NDArray[np.float64]
 
 FEWEST = 3
-ENOUGH = 20
+ENOUGH = 40
 """Samples below which a kurtosis says nothing."""
 
 TWO_HEAPS = -1.3

@@ -26,6 +26,10 @@ from bodyschema.trust.target import Target, length_95
 
 Array = NDArray[np.float64]
 
+SPARE = 20.0
+"""Numbers left over beside a fit and a rival, below which nothing is said of it: levels and weights
+were learnt from the same few."""
+
 RANK = 1e-6
 """Share of a rival's own effect that the variables must leave of it to be seen at all."""
 
@@ -87,7 +91,7 @@ def weigh(rival: Rival, n_candidates: int, scores: Scores, B: Array) -> Weighed 
     values, vectors = np.linalg.eigh(Z.T @ Z - V.T @ V)
     seen = values > RANK
     k = int(seen.sum())
-    if not k or scores.freedom <= k + 1:
+    if not k or scores.freedom < k + SPARE:
         return None
     b = vectors[:, seen].T @ (Z.T @ scores.z)
     gain = min(float(np.sum(b**2 / values[seen])), (1 - 1e-12) * scores.squared)

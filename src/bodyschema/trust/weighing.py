@@ -56,6 +56,9 @@ the answer if it widens the error."""
 RIVAL = 1e-3 / 12
 """Chance of a rival's gain below which it counts: one in a thousand for about twelve families."""
 
+LEFT = 0.05
+"""The same of a larger model, above which that has taken the rival of a smaller one for its own."""
+
 COLOURED = 0.0026
 """Chance of so alike neighbours, below which residuals are not noise: three standard errors."""
 
@@ -148,11 +151,11 @@ def weighed_up(
     scores = Scores.of(fit, senses)
     larger = scores if fullest is fit else Scores.of(fullest, senses)
     stated, core = _core(scores, fullest, wanted)
-    rivals = [r for s in _different(scores, larger) for r in significant(s, wanted)]
-    rivals.sort(key=lambda r: -r.criterion)
+    rivals = _standing(scores, larger, wanted)
     by_rival = rivals[0].bias if rivals else 0.0
     split, split_words = _split(scores, wanted)
-    field, excess = _field(fit, senses, fields), _excess(fit)
+    # What a larger model explains is in the core.
+    field, excess = _field(fullest, senses, fields), _excess(fullest)
     total = float(np.sqrt(core**2 + max(by_rival, split) ** 2 + field**2 + excess**2))
     trust = Trust()
     if rivals:
@@ -164,18 +167,28 @@ def weighed_up(
     return Weighing(trust, total, core, stated, tuple(rivals))
 
 
-def significant(scores: Scores, wanted: Sequence[Target]) -> list[Weighed]:
-    """The best rival of each family that beats chance, with its bias."""
+def _standing(scores: Scores, larger: Scores, wanted: Sequence[Target]) -> list[Weighed]:
+    """Causes that beat chance, best first; of a smaller model those that a larger one leaves."""
+    all_of_larger = best_of_families(larger, wanted)
+    found = [w for w in all_of_larger if w.p_value < RIVAL]
+    if larger is not scores:
+        left = {w.family for w in all_of_larger if w.p_value < LEFT}
+        found += [
+            w for w in best_of_families(scores, wanted) if w.p_value < RIVAL and w.family in left
+        ]
+    return sorted(found, key=lambda w: -w.criterion)
+
+
+def best_of_families(scores: Scores, wanted: Sequence[Target]) -> list[Weighed]:
+    """The best rival of each family, with its bias."""
     effects = Effects.of(scores, wanted)
     B = scores.A @ scores.root
     found = []
     for family in families(effects):
-        tested = [(weigh(rival, len(family), scores, B), rival) for rival in family]
-        kept = [(w, rival) for w, rival in tested if w is not None]
-        if not kept:
-            continue
-        best, rival = max(kept, key=lambda pair: pair[0].criterion)
-        if best.p_value < RIVAL:
+        pairs = [(weigh(rival, len(family), scores, B), rival) for rival in family]
+        kept = [(w, rival) for w, rival in pairs if w is not None]
+        if kept:
+            best, rival = max(kept, key=lambda pair: pair[0].criterion)
             found.append(replace(best, bias=bias(best, rival, scores.estimate, tuple(wanted))))
     return found
 
@@ -296,7 +309,3 @@ def _of_heaps(fit: Estimate, senses: Sequence[Sense]) -> Trust:
             said = f"What was seen of {sense.label} lies in two heaps: two robots in one recording."
             trust = trust.also(Trust("limited", (said,)))
     return trust
-
-
-def _different(one: Scores, other: Scores) -> tuple[Scores, ...]:
-    return (one,) if one is other else (one, other)

@@ -11,14 +11,14 @@ from bodyschema.trust.effects import Effects
 from bodyschema.trust.families import families
 from bodyschema.trust.rival import Rival, weigh
 from bodyschema.trust.scores import Scores
-from bodyschema.trust.weighing import significant
+from bodyschema.trust.weighing import RIVAL, best_of_families
 from faulty import bumped, recorded, sagging, slipped
 
 
 def causes(case):
     """Families that beat chance, best first."""
-    found = significant(Scores.of(case.fit, case.problem.senses), case.targets)
-    return sorted(found, key=lambda w: -w.criterion)
+    found = best_of_families(Scores.of(case.fit, case.problem.senses), case.targets)
+    return sorted((w for w in found if w.p_value < RIVAL), key=lambda w: -w.criterion)
 
 
 def test_nothing_is_found_where_nothing_is_wrong():
