@@ -68,8 +68,8 @@ ALIKE = 1e-4
 LITTLE = 0.25
 """Share of what is left over, below which a cause is a perhaps."""
 
-AS_GOOD = 0.8
-"""Share of the best cause's share with which another makes it a perhaps."""
+AS_GOOD = 10.0
+"""Log likelihood by which the best cause must beat the next of another kind to be no perhaps."""
 
 EVENTS = ("frame moved", "joint slipped", "lag", "gear", "frame misplaced", "scale")
 """Causes that can be mended, or told apart by cutting the recording: nobody should take an answer
@@ -169,14 +169,13 @@ def weighed_up(
 
 def _standing(scores: Scores, larger: Scores, wanted: Sequence[Target]) -> list[Weighed]:
     """Causes that beat chance, best first; of a smaller model those that a larger one leaves."""
-    all_of_larger = best_of_families(larger, wanted)
-    found = [w for w in all_of_larger if w.p_value < RIVAL]
+    of_larger = {w.family: w for w in best_of_families(larger, wanted)}
+    found = {name: w for name, w in of_larger.items() if w.p_value < RIVAL}
     if larger is not scores:
-        left = {w.family for w in all_of_larger if w.p_value < LEFT}
-        found += [
-            w for w in best_of_families(scores, wanted) if w.p_value < RIVAL and w.family in left
-        ]
-    return sorted(found, key=lambda w: -w.criterion)
+        left = {name for name, w in of_larger.items() if w.p_value < LEFT}
+        mine = best_of_families(scores, wanted)
+        found |= {w.family: w for w in mine if w.p_value < RIVAL and w.family in left}
+    return sorted(found.values(), key=lambda w: -w.criterion)
 
 
 def best_of_families(scores: Scores, wanted: Sequence[Target]) -> list[Weighed]:
@@ -248,7 +247,7 @@ def _of_rivals(rivals: Sequence[Weighed], core: float, total: float) -> Trust:
     if best.bias < core and best.share < MOST_OF_IT:
         return Trust()
     others = [r for r in rivals if r.family != best.family]
-    rivalled = bool(others) and max(r.share for r in others) > AS_GOOD * best.share
+    rivalled = bool(others) and others[0].criterion > best.criterion - AS_GOOD
     perhaps = rivalled or best.share < LITTLE
     beside = f"; next best, that {others[0].says}, {100 * others[0].share:.0f} %" if others else ""
     said = (

@@ -95,7 +95,7 @@ def named(
         (lambda s: replace(s.take(range(39)), q=s.q[1:]), "rows", ""),
         (lambda s: replace(s.take(range(1, 40)), q=s.q[:-1]), "rows", ""),
     ],
-    ids="mm cm in scale mirror swap sign gear degrees early late".split(),
+    ids=["mm", "cm", "in", "scale", "mirror", "swap", "sign", "gear", "degrees", "early", "late"],
 )
 def test_the_right_one_is_named(
     kind: str, change: Callable[[Sense], Sense], key: str, entry: str
@@ -129,7 +129,7 @@ def test_the_right_one_is_named(
             'layout = "xyz_rpy"',
         ),
     ],
-    ids="transposed wxyz unknown reversed radians rpy".split(),
+    ids=["transposed", "wxyz", "unknown", "reversed", "radians", "rpy"],
 )
 def test_rotations_read_otherwise_are_named(
     change: Change, layout: str, key: str, entry: str

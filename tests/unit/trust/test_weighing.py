@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bodyschema.answers.calibrate import calibrate
 from bodyschema.estimation.discrepancy import learn_discrepancy
+from bodyschema.model.kinematics import relative_pose
+from bodyschema.senses.points import Points
 from bodyschema.trust.weighing import weighed_up
-from faulty import PAIR, autoregressive, bumped, recorded, slipped
+from faulty import PAIR, autoregressive, bumped, recorded, sagging, slipped
+from simulated import seen_arm
 
 
 def weighed(case):
@@ -78,10 +83,21 @@ def test_calibrate_refuses_what_its_samples_contradict():
 
 def test_half_of_a_fit_that_has_not_arrived_is_added():
     # A learner that stands where its samples would not leave it: the rest of the way is its error.
-    from dataclasses import replace
-
     case = recorded(3, groups=("offsets",))
     away = replace(case.fit, x=case.fit.x + 10 * case.fit.std)
     moved = weighed_up(away, away, case.problem.senses, {}, [PAIR])
     settled = weighed_up(case.fit, case.fit, case.problem.senses, {}, [PAIR])
     assert moved.core > 3 * settled.core
+
+
+def test_a_joint_that_gives_way_is_no_fault_of_the_clocks():
+    # Two joints on a grid, one sweeping fastest: what a weight does looks like what a lag does.
+    rng = np.random.default_rng(0)
+    arm = seen_arm(2, rng)
+    one, other = np.meshgrid(np.linspace(-1.2, 1.2, 7), np.linspace(-1.2, 1.2, 14), indexing="ij")
+    q = np.stack([one.ravel(), other.ravel()], axis=1)
+    bent = sagging(arm, 1, 0.004)(sagging(arm, 0, 0.004)(q))
+    place = relative_pose(arm, bent, *PAIR)[:, :3, 3] + 1e-4 * rng.normal(size=(len(q), 3))
+    seen = Points.make(q, place, *PAIR, 1e-3)
+    answer = calibrate(arm, [seen], {"tracker": "no", "tool": "no"}, folds=3)
+    assert answer.clock.instead == "'joint_1' gives way under its load"
