@@ -20,6 +20,9 @@ Record = TypeVar("Record")
 JOINT = "|"
 """Between the words of a key that is a tuple of names."""
 
+PLAIN: dict[str, type] = {"f": float, "i": int, "b": bool}
+"""The type in JSON of the numbers of an array, by numpy's letter."""
+
 
 def encoded(value: Any, skip: frozenset[str] = frozenset()) -> Any:
     """A record, or anything in one, in the types of JSON.
@@ -114,9 +117,18 @@ def _union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
 def _array(inner: tuple[Any, ...], value: Any, where: str) -> Any:
     scalar = get_args(inner[1])[0] if len(inner) > 1 and get_args(inner[1]) else np.float64
     try:
-        return np.array(value, dtype=scalar)
-    except (TypeError, ValueError):
+        return np.array(_numbers(PLAIN[np.dtype(scalar).kind], value, where), dtype=scalar)
+    except (TypeError, ValueError, OverflowError):
         return _refuse(value, where)
+
+
+def _numbers(kind: type, value: Any, where: str) -> Any:
+    """Lists in lists of one kind of number; numpy would take None, words and True for numbers."""
+    if isinstance(value, list):
+        return [_numbers(kind, inner, where) for inner in value]
+    if isinstance(value, bool) and kind is not bool:
+        return _refuse(value, where)
+    return _decoded(kind, value, where)
 
 
 def _tuple(inner: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bodyschema.estimation.clock import FALSE_ALARM, SHUFFLES, ClockCheck, chance, check_clock
+from bodyschema.estimation.clock import (
+    FALSE_ALARM,
+    SHUFFLES,
+    ClockCheck,
+    _by_row,
+    chance,
+    check_clock,
+)
 from bodyschema.estimation.solver import Solver
 from bodyschema.model.variables import free_joints
 from bodyschema.senses.sense import Sense
@@ -80,6 +87,72 @@ def test_a_robot_that_stood_still_is_no_fault() -> None:
     seen = [points(body, np.tile(postures(1, body, rng), (20, 1)), rng)]
     fit = Solver().fit(body, free_joints(body, ["offsets"]), seen)
     assert check_clock(fit, seen).p_value == 1.0
+
+
+def several(counts: Array, late: list[int], seed: int) -> ClockCheck:
+    """As `recorded`, each row, from 100, seen in so many samples, as a picture's corners are."""
+    rng = np.random.default_rng(seed)
+    body = seen_arm(5, rng)
+    q = postures(len(counts), body, rng)
+    true = q.copy()
+    true[late] += 0.05 * (q[np.array(late, dtype=int) + 1] - q[late])
+    rows = np.repeat(np.arange(len(counts)), counts)
+    seen = replace(points(body, true[rows], rng), q=q[rows], rows=rows + 100)
+    fit = Solver().fit(body, free_joints(body, ["offsets"]), [seen])
+    return check_clock(fit, [seen])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_samples_of_one_row_are_one_row(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    late = np.sort(rng.choice(ROWS - 1, 9, replace=False)).tolist()
+    check = several(rng.integers(2, 8, ROWS), late, seed)
+    assert check.p_value < 0.005
+    assert len({row + 100 for row in late} & set(check.late_rows)) >= 8
+
+
+def test_an_honest_recording_of_many_samples_a_row_is_no_fault() -> None:
+    rng = np.random.default_rng(0)
+    p = np.array([several(rng.choice([1, 12], ROWS), [], seed).p_value for seed in range(30)])
+    assert np.sum(p < 0.1) <= 7
+    assert 0.35 < p.mean() < 0.65
+
+
+def test_a_row_of_many_samples_has_the_noise_of_one() -> None:
+    rng = np.random.default_rng(0)
+    body = seen_arm(5, rng)
+    counts = np.tile([1, 4, 25], 200)
+    rows = np.repeat(np.arange(600), counts)
+    q = postures(600, body, rng)[rows]
+    seen = replace(points(body, q, rng), rows=rows)
+    fit = Solver().fit(body, free_joints(body, ()), [seen])
+    batch = _by_row(fit, seen, fit.levels[0])
+    assert batch.rows.tolist() == list(range(600))
+    assert (batch.q == q[np.searchsorted(rows, np.arange(600))]).all()
+    for count in (1, 4, 25):
+        assert np.std(batch.residual[counts == count]) == pytest.approx(1.0, abs=0.1)
+    # n samples show a motion as clearly as one would whose noise is smaller by the root of n.
+    single = _by_row(fit, seen.take(np.flatnonzero(rows < 3)), fit.levels[0]).slope
+    alone = _by_row(fit, seen.take(np.searchsorted(rows, [0, 1, 2])), fit.levels[0]).slope
+    assert single == pytest.approx(alone * np.sqrt([1.0, 4.0, 25.0])[:, None, None])
+
+
+@pytest.mark.parametrize(("kept", "tested"), [(0.5, 40), (0.95, 38)])
+def test_a_sense_of_fewer_rows_is_left_out_or_joined(kept: float, tested: int) -> None:
+    """Poses of half of the rows must not hide late rows of the other half (SHARED)."""
+    rng = np.random.default_rng(2)
+    body = seen_arm(5, rng).attach("other", "link_3")
+    q = postures(ROWS, body, rng)
+    late = list(range(20, 39, 2))
+    true = q.copy()
+    true[late] += 0.05 * (q[np.array(late) + 1] - q[late])
+    all_rows = replace(points(body, true, rng), q=q)
+    few = replace(poses(body, true, rng, seen="other"), q=q).take(np.arange(round(kept * ROWS)))
+    fit = Solver().fit(body, free_joints(body, ["offsets"]), [few, all_rows])
+    check = check_clock(fit, [few, all_rows])
+    assert check.p_value < 0.005
+    assert len({row for row in late if row < tested - 1} & set(check.late_rows)) >= 7
+    assert max(check.late_rows) < tested
 
 
 def unit(motion: Array) -> Array:

@@ -13,6 +13,7 @@ from bodyschema import lie
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import (
     Errors,
+    HeldOut,
     folds_of,
     held_out,
     outlier_free,
@@ -103,6 +104,85 @@ def test_scores_prefer_the_body_that_predicts() -> None:
     assert corrected.scores.mean() < plain.scores.mean() - 3
     assert plain.behind(corrected) > 5
     assert corrected.behind(plain) == -plain.behind(corrected)
+
+
+def scored(scores: Array, seen_by: Array | None = None, moments: Array | None = None) -> HeldOut:
+    """A test of five folds with these scores of rows, each a moment of its own if not said."""
+    n = len(scores)
+    strata = np.zeros(n, dtype=np.int64) if seen_by is None else seen_by
+    apart = np.arange(n) if moments is None else moments
+    return HeldOut((), scores, apart, strata, tuple(np.array_split(np.arange(n), 5)), ())
+
+
+def behind(excess: Array, seen_by: Array | None = None, moments: Array | None = None) -> float:
+    """Of a test whose rows score so much more than another's."""
+    n = np.zeros(len(excess))
+    return scored(excess, seen_by, moments).behind(scored(n, seen_by, moments))
+
+
+def test_rows_that_the_same_senses_saw_are_compared_as_usual() -> None:
+    """One stratum: the mean over the standard error of a mean, widened for the shared samples."""
+    excess = np.random.default_rng(0).normal(0.3, 1.0, 40)
+    standard = np.std(excess, ddof=1) / np.sqrt(40)
+    expected = np.mean(excess) / standard / np.sqrt(1 + 5 / 4)
+    assert behind(excess) == pytest.approx(expected)
+    assert behind(excess, np.full(40, 6)) == pytest.approx(expected)
+    assert behind(np.zeros(40)) == 0.0
+
+
+def test_a_few_telling_pictures_among_many_rows_are_no_noise() -> None:
+    """Six pictures of 20 each beside 200 points of none: what they tell is told alike by each."""
+    rng = np.random.default_rng(1)
+    excess = np.concatenate([rng.normal(0.0, 0.1, 200), rng.normal(20.0, 1.0, 6)])
+    kinds = np.repeat([1, 2], [200, 6])
+    assert behind(excess) < 2
+    assert behind(excess, kinds) > 10
+    # Pictures that contradict each other tell nothing, whatever they are called.
+    torn = np.concatenate([excess[:200], [20.0, -20, 20, -20, 20, -15]])
+    assert abs(behind(torn, kinds)) < 2
+
+
+def test_strata_know_the_error_of_their_mean() -> None:
+    """The error is the spread of the mean over recordings with as many rows of each kind."""
+    kinds = np.repeat([1, 2, 3], [30, 5, 3])
+    means, stds = np.array([0.0, 4.0, -8.0])[kinds - 1], np.array([0.3, 2.0, 1.0])[kinds - 1]
+    rng = np.random.default_rng(2)
+    drawn = means + stds * rng.normal(size=(2000, 38))
+    stated = [np.mean(x) / behind(x, kinds) for x in drawn]
+    spread = np.std(drawn.mean(axis=1)) * np.sqrt(1 + 5 / 4)
+    assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(spread, rel=0.05)
+
+
+def test_a_row_of_a_kind_of_its_own_counts_in_full() -> None:
+    """One picture alone shows no spread, so it cannot decide."""
+    excess = np.append(np.random.default_rng(3).normal(0.0, 0.1, 50), 30.0)
+    assert 0 < behind(excess, np.append(np.zeros(50, dtype=np.int64), 1)) < 1
+
+
+def test_rows_of_one_posture_err_together() -> None:
+    one = np.random.default_rng(4).normal(0.3, 1.0, 20)
+    seven = np.repeat(one, 7)
+    assert behind(seven, moments=np.repeat(np.arange(20), 7)) == pytest.approx(
+        behind(one), rel=0.03
+    )
+    assert behind(seven) > 2 * behind(one)
+
+
+def test_a_test_of_some_rows_keeps_what_they_were_seen_by() -> None:
+    test = scored(np.arange(6.0), np.array([1, 1, 2, 2, 3, 3]), np.array([0, 0, 1, 1, 2, 2]))
+    some = test.scored_by(np.array([True, False, True, False, True, False]))
+    assert (some.scores.tolist(), some.seen_by.tolist()) == ([0.0, 2.0, 4.0], [1, 2, 3])
+    assert some.moments.tolist() == [0, 1, 2]
+    assert some.folds is test.folds
+
+
+def test_rows_know_which_senses_saw_them() -> None:
+    senses = two_senses()
+    body, learner = seen_arm(4, np.random.default_rng(0)), Solver()
+    variables = free_joints(body, ["offsets"])
+    cut = folds_of(senses, 2, 0)
+    test = held_out(lambda s: learner.fit(body, variables, s), senses, cut, learner.loss)
+    assert test.seen_by.tolist() == [1] * 10 + [3] * 20 + [2] * 10
 
 
 def test_the_residual_field_corrects_what_no_offset_explains() -> None:

@@ -9,11 +9,14 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema.errors import InputError
+from bodyschema.model import parts
+from bodyschema.model.inertia import Inertia
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.seeds import starts
 from bodyschema.seeds.starts import start_frames
 from bodyschema.senses.sense import Sense
+from bodyschema.senses.wrist_wrenches import WristWrenches
 from simulated import angle, forgotten, points, poses, postures, random_pose, seen_arm, spoiled
 
 Array = NDArray[np.float64]
@@ -178,6 +181,59 @@ def test_exact_samples_give_exact_frames() -> None:
     found = start_frames(forgotten(truth, ("tracker", "tool")), ("tracker", "tool"), [seen])
     T = relative_pose(found, seen.q, "tracker", "tool")
     assert pytest.approx(seen.pose, abs=1e-9) == T
+
+
+BOX = Inertia(0.6, np.array([0.016, -0.021, 0.092]), np.diag([3e-3, 2.4e-3, 1.6e-3]))
+
+
+def felt(truth: Body, n: int, rng: np.random.Generator) -> WristWrenches:
+    """Wrenches at rest on the tool, which carries the load, with the offset of sensor "ft"."""
+    q = postures(n, truth, rng)
+    sense = WristWrenches.make(q, np.zeros((n, 6)), "tool", "base", (1e-2, 1e-3), sensor="ft")
+    return replace(sense, observed=sense.predict(truth))
+
+
+def carrying(rng: np.random.Generator) -> tuple[Body, Body]:
+    """An arm that carries a box on a sensor with an offset, and one that knows of neither."""
+    bias = np.array([3.0, -2.0, 1.0, 0.1, 0.2, -0.1, *[0.0] * 6])
+    ft = parts.force_sensor()
+    nobody = seen_arm(5, rng).with_part("load", parts.load()).with_part("ft", ft)
+    truth = nobody.with_part("load", parts.load(BOX)).with_part("ft", replace(ft, values=bias))
+    return truth, nobody
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_parts_begin_where_the_samples_say_beside_frames(first: bool) -> None:
+    """Poses place the tracker, wrenches tell the load and the offset, in either order."""
+    rng = np.random.default_rng(0)
+    truth, nobody = carrying(rng)
+    seen: list[Sense] = [poses(truth, postures(30, truth, rng), rng), felt(truth, 30, rng)]
+    unknown = ("tracker", "load", "ft")
+    found = start_frames(forgotten(nobody, ["tracker"]), unknown, seen if first else seen[::-1])
+    assert off(found, truth, "tracker") < (NEAR, TURNED)
+    phi, true = parts.load_phi(found.part("load"))[0], BOX.phi
+    assert phi[0] == pytest.approx(true[0], rel=0.02)
+    assert phi[1:4] / phi[0] == pytest.approx(true[1:4] / true[0], abs=0.005)
+    assert found.part("ft").values[:6] == pytest.approx(truth.part("ft").values[:6], abs=0.1)
+
+
+def test_parts_that_nobody_asked_for_stay_as_they_are() -> None:
+    rng = np.random.default_rng(0)
+    truth, nobody = carrying(rng)
+    found = start_frames(nobody, ("load",), [felt(truth, 30, rng)])
+    assert found.part("load").values[0] != nobody.part("load").values[0]
+    assert (found.part("ft").values == 0).all()
+
+
+def test_a_part_that_nothing_can_begin_keeps_its_first_values() -> None:
+    """Unlike a frame: a lens or a load has usual values, a place has none."""
+    rng = np.random.default_rng(0)
+    truth, nobody = carrying(rng)
+    found = start_frames(
+        forgotten(nobody, ["tool"]), ("tool", "load"), [poses(truth, postures(30, truth, rng), rng)]
+    )
+    assert off(found, truth, "tool") < (NEAR, TURNED)
+    assert (found.part("load").values == nobody.part("load").values).all()
 
 
 def test_an_unknown_frame_that_nothing_sees_is_refused() -> None:
