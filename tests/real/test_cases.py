@@ -68,7 +68,6 @@ def assert_right(answer: dict[str, Any], rms_mm: float = 1.2, deg: float = 0.3) 
 # ---- declarations ----------------------------------------------------------------------------
 
 
-@pytest.mark.xfail(strict=True, reason="degrees are read as rad, and the answer is 'calibrated'")
 def test_angles_in_degrees(shared_cases: Folder, calibrate: Verb) -> None:
     """An angle of 170 is no rad."""
     code, _, said = calibrate(shared_cases("B_angles_in_degrees") / "run.toml")
@@ -76,7 +75,6 @@ def test_angles_in_degrees(shared_cases: Folder, calibrate: Verb) -> None:
     assert "deg" in said
 
 
-@pytest.mark.xfail(strict=True, reason="the angles of poses have no unit")
 def test_angles_declared_in_degrees(shared_cases: Folder, calibrate: Verb, tmp_path: Path) -> None:
     case = shared_cases("B_angles_in_degrees")
     declared = ('layout = "xyz_rpy"', 'layout = "xyz_rpy"\nangle_unit = "deg"')
@@ -86,14 +84,12 @@ def test_angles_declared_in_degrees(shared_cases: Folder, calibrate: Verb, tmp_p
     assert answer["held_out"]["rotation_deg"]["rms"] < 0.15
 
 
-@pytest.mark.xfail(strict=True, reason="an eye 300 m away from an arm of 1.2 m is believed")
 def test_millimetres(shared_cases: Folder, calibrate: Verb) -> None:
     code, _, said = calibrate(shared_cases("D_millimetres") / "run.toml")
     assert code == 2
     assert 'unit = "mm"' in said
 
 
-@pytest.mark.xfail(strict=True, reason="poses the other way round are fitted as they are")
 def test_inverse_poses(shared_cases: Folder, calibrate: Verb) -> None:
     code, answer, _ = calibrate(shared_cases("E_inverse") / "run.toml")
     assert code == 1

@@ -2,7 +2,8 @@
 
 The models that a recording can afford are judged by held-out samples, see `judgement`: those of the
 joint parameters that a user names, or from "only the frames" up to "offsets, axes and links". An
-online learner, if one is asked for, fits in one pass, and so in every fold.
+online learner, if one is asked for, fits in one pass, and so in every fold. Before and after, the
+recording itself is looked at, see `lookout`.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from typing import Any
 import numpy as np
 
 from bodyschema.answers.answer import Answer
+from bodyschema.answers.lookout import Lookout, far_zeros, with_zeros
 from bodyschema.estimation.problem import Knowledge, Problem, check_problem, moved_joints
+from bodyschema.judging.calibration import Calibration
 from bodyschema.judging.judgement import judged
 from bodyschema.judging.one_pass import LearnerName, fitting
 from bodyschema.model.limits import with_recorded_limits
@@ -77,11 +80,24 @@ def calibrate(
     affordable = _affordable(problem, models_of(learner), folds)
     models = affordable if groups is None else ((), tuple(groups))
     problem = _with_kept(problem, models[-1])
-    fit = fitting(problem, learner)
-    again = problem.again if learner == "batch" else None
-    found = judged(problem, fit, models, groups is None, folds, seed, progress, again)
+    progress("other declarations")
+    look = Lookout.at(problem, run or {}, learner == "batch")
+    if learner == "batch" and look.far_off:
+        problem = with_zeros(problem, models, seed)
+
+    def judge(problem: Problem) -> Calibration:
+        fit = fitting(problem, learner)
+        again = problem.again if learner == "batch" else None
+        return judged(problem, fit, models, groups is None, folds, seed, progress, again)
+
+    found = judge(problem)
+    if learner == "batch" and not (found.fit.converged or look.far_off or look.named):
+        searched = with_zeros(problem, models, seed)
+        found = judge(searched) if searched.zeros else found
     nominal = replace(described or body, remarks=body.remarks)
-    return Answer.of(found, problem.senses, nominal, run, learner=learner)
+    told = (*found.findings, *far_zeros(found))
+    answer = Answer.of(found, problem.senses, nominal, run, learner=learner, findings=told)
+    return answer.believed(look.trust(found, problem.senses))
 
 
 def _with_kept(problem: Problem, model: tuple[str, ...]) -> Problem:

@@ -6,7 +6,7 @@ It refuses what cannot be calibrated before any time is spent, and makes a fit o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -52,6 +52,8 @@ class Problem:
 
     parts: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     """Parts of the body that are free in every model, and which of their numbers; None for all."""
+    zeros: Mapping[str, float] = field(default_factory=dict)
+    """rad, where the offsets of these joints begin, found by a search. Their prior is that wide."""
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -68,7 +70,13 @@ class Problem:
                 free.append(free_frame(self.body, frame, only=seen))
             elif roughly:
                 free.append(free_frame(self.body, frame, *ROUGHLY, only=seen))
-        return join(*free, *(free_part(self.body, part, some) for part, some in self.parts.items()))
+        free += [free_part(self.body, part, some) for part, some in self.parts.items()]
+        variables = join(*free)
+        begin = np.abs(self._first(variables))
+        prior, bound = np.maximum(variables.prior_std, begin), variables.bound
+        # A zero of nearly half a turn may be one of a little more.
+        bound = np.where(begin > 0, np.maximum(bound, begin + np.pi / 2), bound)
+        return replace(variables, prior_std=prior, bound=bound)
 
     @cached_property
     def begun(self) -> Body:
@@ -76,11 +84,28 @@ class Problem:
         return start_frames(self.body, (*self.unknown, *self.parts), self.senses)
 
     def fit(self, variables: Variables, senses: Senses) -> Estimate:
-        """Place the unknown frames and begin the free parts by closed form, then fit."""
+        """Place the unknown frames and begin the free parts by closed form, then fit.
+
+        Joints begin at the zeros that a search has found, where their offsets are free.
+        """
+        x = self._first(variables)
+        if x.any():
+            return self._from_zeros(variables, senses, x)
         if senses is self.senses:
             return self.learner.fit(self.begun, variables, senses)
         body = start_frames(self.body, (*self.unknown, *self.parts), senses)
         return self.learner.fit(body, variables, senses)
+
+    def _first(self, variables: Variables) -> Array:
+        """Where the variables begin, (n_parameters,): the zeros found, else as modelled."""
+        known = {f"{joint}.offset": zero for joint, zero in self.zeros.items()}
+        return np.array([known.get(name, 0.0) for name in variables.names])
+
+    def _from_zeros(self, variables: Variables, senses: Senses, x: Array) -> Estimate:
+        """A fit that begins at other zeros, frames placed for them; its reference has none."""
+        turned = self.body.with_variables(variables, x)
+        placed = start_frames(turned, (*self.unknown, *self.parts), senses)
+        return self.learner.fit(replace(placed, offset=self.body.offset), variables, senses, x)
 
     def again(self, whole: Estimate, senses: Senses) -> Estimate:
         """Fit a part of the samples, beginning where all of them have led."""

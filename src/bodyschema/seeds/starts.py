@@ -44,6 +44,9 @@ SAME = 1e-6
 DRAWS = 80
 """Fours of samples: when half of the samples are bad, five of 80 are good."""
 
+ENOUGH = 4
+"""Samples: three points in one plane leave a frame's mirror image, and noise none to spare."""
+
 PICTURES = 300
 """Of a target; each costs a small fit of its own."""
 
@@ -55,8 +58,8 @@ def start_frames(body: Body, unknown: Collection[str], senses: Sequence[Sense]) 
     """Place the unknown frames, and begin the unknown parts, where the samples say, roughly.
 
     Senses with fewer unknown ends come first, of those the ones that show more of them: what they
-    settle is known to the others. A sense that can say where its ends are (`Sense.start`, or the
-    closed forms here) settles them.
+    settle is known to the others. A handful of samples settles what no other sense does. A sense
+    that can say where its ends are (`Sense.start`, or the closed forms here) settles them.
 
     Args:
         body: nominal body with all frames attached.
@@ -94,11 +97,12 @@ def _ends(sense: Sense) -> tuple[str, ...]:
     return tuple(frame for pair in sense.pairs for frame in pair)
 
 
-def _order(sense: Sense, unknown: Collection[str]) -> tuple[int, int]:
-    """Number of unknown ends, fewer first; components that are shown of them, more first."""
+def _order(sense: Sense, unknown: Collection[str]) -> tuple[bool, int, int]:
+    """Whether samples are too few for a frame, those last; number of unknown ends, fewer first;
+    components that are shown of them, more first."""
     ends = zip(_ends(sense), sense.shows * len(sense.pairs), strict=True)
     shown = [len(components) for frame, components in ends if frame in unknown]
-    return len(shown), -sum(shown)
+    return len(sense) < ENOUGH, len(shown), -sum(shown)
 
 
 def _started(body: Body, sense: Sense, unknown: Collection[str]) -> Body | None:

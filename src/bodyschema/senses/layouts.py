@@ -49,17 +49,27 @@ Matrices are written row by row; xyzw and wxyz are quaternions; rpy are URDF's f
 """
 
 
-def poses_from_columns(values: Array, layout: str, length_scale: float) -> Array:
+ANGLES = ("xyz_rpy", "xyz_rotvec")
+"""Layouts whose last three columns are angles."""
+
+WHOLE_TURN = 6.6
+"""rad; no angle of a pose is larger, a little more than a turn."""
+
+
+def poses_from_columns(
+    values: Array, layout: str, length_scale: float, angle_scale: float = 1.0
+) -> Array:
     """Transforms (n, 4, 4) of recorded columns.
 
     Args:
         values: (n, columns of the layout) as recorded.
         layout: a key of `LAYOUTS`.
         length_scale: m per recorded unit of length.
+        angle_scale: rad per recorded unit of angle.
 
     Raises:
-        InputError: unknown layout, wrong number of columns, no transform, or a quaternion of
-            length zero.
+        InputError: unknown layout, wrong number of columns, no transform, a quaternion of length
+            zero, or angles that can be no rad.
     """
     if layout not in LAYOUTS:
         raise InputError(f"unknown pose layout '{layout}'{did_you_mean(layout, LAYOUTS)}")
@@ -72,6 +82,14 @@ def poses_from_columns(values: Array, layout: str, length_scale: float) -> Array
         )
     scaled = values.copy()
     scaled[:, lengths] *= length_scale
+    if layout in ANGLES:
+        scaled[:, 3:] *= angle_scale
+        widest = np.abs(scaled[:, 3:]).max(initial=0.0)
+        if widest > WHOLE_TURN:
+            raise InputError(
+                f"layout '{layout}': an angle of {widest:.4g} rad is more than a turn; if the "
+                'columns are in degrees, set angle_unit = "deg" for them.'
+            )
     if count == 7 and (np.linalg.norm(scaled[:, 3:], axis=1) < 0.5).any():
         raise InputError(f"layout '{layout}': a quaternion has no length; check the column order.")
     return make(scaled)

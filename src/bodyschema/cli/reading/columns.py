@@ -14,6 +14,7 @@ from bodyschema.sources.recording import UNITS
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+ANGLES = {unit: UNITS[unit] for unit in ("rad", "deg", "mrad")}
 LENGTHS = {unit: UNITS[unit] for unit in ("m", "cm", "mm", "um", "in")}
 
 
@@ -30,6 +31,11 @@ def columns_of(entry: SenseEntry, at: Moments, *counts: int) -> tuple[Array, Int
 def length(entry: SenseEntry) -> float:
     """What one of an entry's unit is in m. Raises InputError."""
     return factor(entry.unit or "m", LENGTHS)
+
+
+def turn(entry: SenseEntry) -> float:
+    """What one of an entry's unit of angles is in rad. Raises InputError."""
+    return factor(entry.angle_unit or "rad", ANGLES)
 
 
 def point(values: tuple[float, ...], key: str) -> Array | None:

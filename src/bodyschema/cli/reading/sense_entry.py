@@ -30,6 +30,8 @@ class SenseEntry:
     """Columns of the speeds of the joints, such as "d_{joint}", in the joints' unit per second."""
     layout: str = "matrix3x4"
     """Of poses; see `layouts.LAYOUTS`."""
+    angle_unit: str = ""
+    """Of the angles of poses, and of their noise; rad when empty."""
     inverse: bool = False
     """The columns hold T_seen_seen_from."""
     touching: tuple[float, ...] = ()

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.reading.columns import columns_of, length, point
+from bodyschema.cli.reading.columns import columns_of, length, point, turn
 from bodyschema.cli.reading.force_senses import torques, wrenches
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.picture_senses import outlines, pixels
@@ -86,9 +86,9 @@ def _poses(entry: SenseEntry, at: Moments) -> Sense:
             f"layout '{entry.layout}' has {count} columns, {len(entry.columns)} were named."
         )
     values, rows = at.read(entry.columns)
-    pose = poses_from_columns(values, entry.layout, m)
+    pose = poses_from_columns(values, entry.layout, m, turn(entry))
     pose = lie.inverse(pose) if entry.inverse else pose
-    more = at.more(entry, rows, [m, 1.0])
+    more = at.more(entry, rows, [m, turn(entry)])
     return Poses.make(at.q[rows], pose, entry.seen_from, entry.seen, **more)
 
 
@@ -149,7 +149,10 @@ _TORQUES = ("per_ampere", "drive", "motors")
 KINDS: dict[str, Kind] = {
     "points": Kind("x y z", ("unit",), ("seen", "columns"), _points),
     "poses": Kind(
-        "those of the layout", ("unit", "layout", "inverse"), ("seen", "columns"), _poses
+        "those of the layout",
+        ("unit", "angle_unit", "layout", "inverse"),
+        ("seen", "columns"),
+        _poses,
     ),
     "touches": Kind(
         "x y z in seen_from, and x y z in seen", ("unit", "touching"), ("seen", "columns"), _touches
