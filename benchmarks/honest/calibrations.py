@@ -7,8 +7,9 @@ from functools import partial
 import numpy as np
 
 import bodyschema as bs
+from honest.drawing import draw
 from honest.faults import FAULTS, Fault
-from honest.scene import Scene, draw
+from honest.scene import Scene
 from honest.trial import Row, Trial
 
 GROUPS = (None, None, ("offsets",), ("offsets", "axes", "links"))

@@ -11,10 +11,10 @@ import pytest
 import bodyschema as bs
 import honesty
 from bodyschema.model.kinematics import relative_pose
+from honest.drawing import Plan, draw
 from honest.faults import FAULTS
 from honest.outcome import Outcome
 from honest.pictured import description, draw_pictured
-from honest.scene import Plan, draw
 from honest.tally import tally
 
 
