@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError
+from bodyschema.judging.mended_wrist import mended_fit, mended_samples, world_rotation
 from bodyschema.judging.wrist_declarations import (
     better_declaration,
     is_moving,
@@ -34,6 +35,8 @@ from bodyschema.senses.wrist_declaration import (
 )
 from bodyschema.senses.wrist_poses import check_speed
 from bodyschema.senses.wrist_samples import WristSamples
+from bodyschema.trust.wrench_doubt import WrenchDoubt, doubt
+from bodyschema.trust.wrench_rivals import WeighedRival
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -53,6 +56,12 @@ class HeldRecording:
     events: tuple[Happening, ...]
     notes: tuple[str, ...]
     """What was assumed, and what was done."""
+    samples: WristSamples
+    """As they were used: gravity and clock put right where they had to be."""
+    doubt: WrenchDoubt
+    """What is not known of the fit, and why."""
+    mended: tuple[WeighedRival, ...] = ()
+    """Causes that were put right, of tilt, lag, drift and jump."""
     hint: str = ""
     """An entry of the declaration that would explain the wrench, where the given one does not."""
 
@@ -132,20 +141,38 @@ def hold(
     def means(part: WristSamples) -> WrenchMeans:
         return load_means(how, part, moving, declared.sensor)
 
-    events, parts = tuple[Happening, ...](), list[Part]()
-    if cut.empty or cut.loaded or empty is not None:
-        other = None if empty is None else empty.read(declared).samples
-        parts = declared_segments(samples, cut, means, other)
-    elif moving:
+    other = None if empty is None else empty.read(declared).samples
+    split = bool(cut.empty or cut.loaded or empty is not None)
+    lag = 0.0
+    if moving and not split:
         samples, lag = on_one_clock(samples, learner, Averaging(how.window))
-        notes += [_late(lag)] if lag else []
-        events, parts = found_segments(means(samples), learner)
-    else:
-        parts = [Part(means(samples), ("load",))]
-    fit = fit_payload(parts, learner)
+
+    def parts_of(some: WristSamples) -> list[Part]:
+        if split:
+            return declared_segments(some, cut, means, other)
+        return [Part(means(some), ("load",))]
+
+    def fitted(some: WristSamples) -> tuple[tuple[Happening, ...], PayloadFit]:
+        parts, happened = parts_of(some), tuple[Happening, ...]()
+        if moving and not split:
+            happened, parts = found_segments(parts[0].means, learner)
+        return happened, fit_payload(parts, learner)
+
+    notes += [_late(lag)] if lag else []
+    events, fit = fitted(samples)
     share = float(fit.unexplained.max())
     hint = better_declaration(table, declared, how, moving, share)
-    return HeldRecording(declared, fit, read, events, tuple(notes), hint)
+    mended = tuple[WeighedRival, ...]()
+    known = empty is None
+    if not hint:
+        samples, mended = mended_samples(samples, parts_of, learner, moving)
+        events, fit = fitted(samples) if mended else (events, fit)
+        fit, then = mended_fit(fit, samples if known else None, learner)
+        mended += then
+    R_world = world_rotation(samples, fit.parts) if known else None
+    left = doubt(fit, learner, R_world, mended)
+    fit = replace(fit, whole=left.whole)
+    return HeldRecording(declared, fit, read, events, tuple(notes), samples, left, mended, hint)
 
 
 def _assumed(

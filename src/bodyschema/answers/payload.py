@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.answers.answer import Answer
 from bodyschema.answers.held_recording import HeldRecording, hold
+from bodyschema.answers.load_trust import centre_95, load_trust
 from bodyschema.estimation.held_out import Errors
-from bodyschema.estimation.loads import moments_covariance
 from bodyschema.export.load_entry import load_entry, vector
 from bodyschema.export.payload import controller_forms
 from bodyschema.judging.accuracy import Accuracy, in_words
@@ -42,15 +42,6 @@ from bodyschema.senses.wrist_declaration import (
 )
 
 Array = NDArray[np.float64]
-
-DENSEST = 22600.0
-"""kg/m^3, osmium."""
-
-ASKEW = 15.0
-"""deg that a sensor may seem turned against what was declared roughly, before that is said."""
-
-MANY = 0.05
-"""Share of samples left out from which something else must have touched the load."""
 
 
 def learn_payload(
@@ -118,7 +109,8 @@ def load_answer(
         findings=_findings(details),
         notes=tuple(details["notes"]),
         details=details,
-    )
+        predicted_95=max(one["com_95"] for one in details["loads"]),
+    ).believed(load_trust(held))
     body = frames.body if described is None else described
     sections = (Explained(fit, details), Controllers(details))
     fields = {"verb": "payload", "sections": sections, **more}
@@ -147,26 +139,32 @@ def load_details(held: HeldRecording) -> dict[str, Any]:
         "events": [
             {"time": event.time, "event": event.event, "mass": event.mass} for event in held.events
         ],
-        "notes": [*held.notes, *_doubts(held)],
+        "notes": list(held.notes),
     }
 
 
 def is_known(details: Mapping[str, Any]) -> bool:
     """Whether mass and centre of mass of every load are known, and the load explains the wrench."""
-    what = [one["what"] for load in details["loads"] for one in load["not_told"]]
-    return "mass" not in what and "com" not in what and details["unexplained"] < POOR
+    return all(told(load) for load in details["loads"]) and details["unexplained"] < POOR
+
+
+def told(load: Mapping[str, Any]) -> bool:
+    """Whether mass and centre of mass of an entry are told; the one meaning of the word."""
+    return not {"mass", "com"} & {one["what"] for one in load["not_told"]}
 
 
 def _load(held: HeldRecording, name: str) -> dict[str, Any]:
     """One load, along the sensor's declared axes and along the flange's."""
     load, P = held.fit.loads[name], held.fit.covariance(name)
     flange = load.in_frame(held.T_link_mount)
-    entry = load_entry(name, load, P)
+    entry = load_entry(name, load, P, held.fit.untold(name))
     untold = entry.pop("not_told")
+    what = {one["what"] for one in untold}
     return {
         **entry,
+        "com_95": centre_95(load, P),
         "flange": _plain(flange),
-        "controllers": controller_forms(flange),
+        "controllers": controller_forms(flange, what),
         "not_told": untold,
     }
 
@@ -210,7 +208,7 @@ def _explanation(
 ) -> str:
     share = 100 * details["unexplained"]
     if not known and details["unexplained"] >= POOR:
-        return f"No load explains this wrench: {share:.0f} % of it is left over; see the notes."
+        return f"No load explains this wrench: {share:.0f} % of it is left over."
     if not known:
         return "The motion does not tell the mass or the centre of mass; see what is not told."
     force, torque = (held_out.errors[key].rms for key in (("force", "N"), ("torque", "Nm")))
@@ -241,43 +239,3 @@ def _findings(details: Mapping[str, Any]) -> tuple[str, ...]:
         lines.append(f"at {event['time']:.2f} s: {event['event']}{now}{change}")
         before = mass
     return tuple(lines)
-
-
-def _doubts(held: HeldRecording) -> list[str]:
-    """What looks wrong with the recording or with what was said of it."""
-    found = _unexplained(float(held.fit.unexplained.max()), held.hint)
-    if any(_too_dense(held, name) for name in held.fit.names):
-        found.append("the load would be denser than any metal: check torque_unit and unit.")
-    turn = float(np.degrees(np.linalg.norm(lie.log_so3(held.fit.R))))
-    if held.declared.sensor.known == "roughly" and turn > ASKEW:
-        found.append(
-            f"the sensor seems turned by {turn:.0f} degrees against what was declared: check "
-            '[sensor] rpy and the frames, or set known = "no".'
-        )
-    wild, total = int((~held.kept).sum()), len(held.kept)
-    if wild > MANY * total:
-        found.append(
-            f"{wild} of {total} samples were left out as wild; something touched the load."
-        )
-    return found
-
-
-def _unexplained(share: float, hint: str) -> list[str]:
-    left = f"the load leaves {100 * share:.0f} % of the wrench unexplained"
-    if share > POOR:
-        remedy = (
-            f"with {hint} it would explain it; check that entry."
-            if hint
-            else "check the frame of the wrench, the layout and inverse of the pose, the "
-            'units, [sensor] rpy or known = "no", and which stretch is free of contact.'
-        )
-        return [f"{left}, so do not use it: {remedy}"]
-    return [f"{left}; with {hint} it would be far less: check that entry."] if hint else []
-
-
-def _too_dense(held: HeldRecording, name: str) -> bool:
-    """Whether its spread, two deviations more, is below that of a ball of the densest metal."""
-    load, P = held.fit.loads[name], held.fit.covariance(name)
-    radius = (3 * max(load.mass, 0.0) / (4 * np.pi * DENSEST)) ** (1 / 3)
-    spread = np.trace(load.moments) + 2 * np.sqrt(moments_covariance(load, P).trace())
-    return bool(spread < 3 * 0.4 * load.mass * radius**2)

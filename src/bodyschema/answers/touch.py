@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,12 @@ from bodyschema.answers.answer import Answer
 from bodyschema.answers.held_recording import hold
 from bodyschema.answers.payload import is_known, load_answer, load_details
 from bodyschema.errors import InputError
+from bodyschema.estimation.prediction import length_quantile
+from bodyschema.learners.touch.doubtful import Taught, force_error
 from bodyschema.learners.touch.finder import Touch
 from bodyschema.learners.touch.known_load import KnownLoad
 from bodyschema.learners.touch.search import TouchSearch
+from bodyschema.learners.touch.unexplained import Unexplained
 from bodyschema.model.solid import Solid
 from bodyschema.model.tree import Body
 from bodyschema.report.touch import Touches
@@ -27,6 +30,7 @@ from bodyschema.senses.wrist_declaration import (
     WristDeclaration,
 )
 from bodyschema.senses.wrist_samples import WristSamples
+from bodyschema.trust.trust import Trust
 
 SHORTEST = 5.0
 """s of quiet motion, from which a load can be learned at all."""
@@ -40,6 +44,9 @@ WORDS = {
 
 REACH95 = 2.4477
 """Two-dimensional normal: the radius that holds 95 %."""
+
+LONG = 0.5
+"""s in postures that were not taught, from which that is said."""
 
 SLIM = 0.05
 """Chance of another place from which it is mentioned."""
@@ -75,28 +82,95 @@ def find_touches(
         InputError: anything that cannot be used, in one sentence.
     """
     begin = time.perf_counter()
-    samples = table.read(declared).samples
-    calm = _between(samples, *quiet)
+    _between(table.read(declared).samples, *quiet)
     held = hold(table, declared, motion, LoadSegments(loaded=tuple(quiet)))
-    details, found = load_details(held), None
-    if is_known(details):
+    felt = None
+    if is_known(load_details(held)):
+        calm = _between(held.samples, *quiet)
         search = TouchSearch.taught(
             calm,
-            KnownLoad.of(held.fit.solution),
+            KnownLoad.of(held.fit.solution, whole=held.fit.whole),
             solid,
             gain_std=gains,
             false_per_hour=false_per_hour,
             averaging=Averaging(window=window),
         )
-        found = [touch_entry(touch) for touch in search.touches(samples)]
+        felt = Felt.by(search, calm, held.samples)
     answer = load_answer(held, described, run, begin, verb="touch")
-    return _told(answer, found)
+    return _told(answer, felt)
 
 
-def _told(answer: Answer, touches: list[dict[str, Any]] | None) -> Answer:
-    """The answer of the quiet motion with the touches that were found; None: none was sought."""
+@dataclass(frozen=True)
+class Felt:
+    """What was felt in a recording."""
+
+    touches: list[dict[str, Any]]
+    refused: list[dict[str, Any]]
+    """Wrenches that are no touch, with the key "why"."""
+    outside: float
+    """s in postures that the load was not taught in."""
+    worst: float
+    """N, standard error of the load's force there."""
+
+    @classmethod
+    def by(cls, search: TouchSearch, calm: WristSamples, samples: WristSamples) -> Felt:
+        """Search a recording.
+
+        Args:
+            search: that knows the load.
+            calm: the quiet motion.
+            samples: the recording.
+        """
+        taught = Taught.by(search.unexplained(calm), search.finder.noise)
+        means = search.averaging.means(samples)
+        left, touches, refused = Unexplained.of(means, search.load), [], []
+        for touch in search.finder.touches(left):
+            why = taught.doubt(touch, left, means.Y)
+            if why:
+                refused.append({**touch_entry(touch), "why": why})
+            else:
+                touches.append(touch_entry(touch))
+        out = taught.outside(left)
+        worst = float(force_error(left.take(out)).max(initial=0.0))
+        return cls(touches, refused, float(out.sum()) / left.rate, worst)
+
+    @property
+    def trust(self) -> Trust:
+        """What speaks against touches, and against their absence."""
+        found = []
+        if self.outside > LONG or any(one["why"] == "untaught" for one in self.refused):
+            found.append(
+                f"{self.outside:.1f} s of the recording are in postures outside those that the "
+                f"load was taught in: its force is known to ± {self.worst:.2g} N only there, and "
+                "no touch is told from that. Teach it in these postures too (quiet)."
+            )
+        crept = [one for one in self.refused if one["why"] == "crept"]
+        if crept:
+            size = max(float(np.linalg.norm(one["force"])) for one in crept)
+            found.append(
+                f"a wrench of up to {size:.2g} N crept in {len(crept)} time"
+                f"{'s' * (len(crept) > 1)}, as no touch does: the sensor's offset drifts, or the "
+                "load changes. Warm the sensor up, and repeat the quiet motion."
+            )
+        if any(one["why"] == "load" for one in self.refused):
+            found.append(
+                "a wrench that lasts is as well explained by another load as by a touch: what is "
+                "held slipped, grew, or was put down on something; learn it anew."
+            )
+        return Trust("limited", tuple(found)) if found else Trust()
+
+    @property
+    def place_95(self) -> float | None:
+        """m that the error of every place stays below with 95 %; None without a touch."""
+        told = [np.array(one["places"][0]["covariance"]) for one in self.touches]
+        return max((length_quantile([C], np.inf, 0.95) for C in told), default=None)
+
+
+def _told(answer: Answer, felt: Felt | None) -> Answer:
+    """The answer of the quiet motion with what was felt; None: nothing was sought."""
     (load,) = answer.details["loads"]
     mass = f"{load['mass']:.4f} ± {load['mass_std']:.4f} kg"
+    touches = None if felt is None else felt.touches
     if touches is None:
         verdict = "load not known"
         says = "No touch was looked for: the quiet motion does not tell the load."
@@ -108,15 +182,17 @@ def _told(answer: Answer, touches: list[dict[str, Any]] | None) -> Answer:
     lines = [touch_line(touch) for touch in touches or ()]
     lines += ["Places in mm along the sensor's axes, ± 95 % in the worst direction."] * bool(lines)
     short = {key: load[key] for key in ("mass", "mass_std", "com")}
-    sections = (Touches(touches), *answer.sections) if touches else answer.sections
-    return replace(
+    refused = [] if felt is None else felt.refused
+    told = replace(
         answer,
         verdict=verdict,
         explanation=says,
         findings=(*lines, *answer.findings),
-        details={**answer.details, "load": short, "touches": touches},
-        sections=sections,
+        details={**answer.details, "load": short, "touches": touches, "refused": refused},
+        sections=(Touches(touches), *answer.sections) if touches else answer.sections,
+        predicted_95=None if felt is None else felt.place_95,
     )
+    return told if felt is None else told.believed(felt.trust)
 
 
 def _between(samples: WristSamples, low: float, high: float) -> WristSamples:

@@ -16,20 +16,24 @@ from bodyschema.estimation.loads import (
     load_of,
     moments_covariance,
 )
-from bodyschema.learners.payload.untold import untold
+from bodyschema.learners.payload.untold import Untold, untold
 from bodyschema.model.inertia import PHI, Inertia
 
 Array = NDArray[np.float64]
 
 
-def load_entry(name: str, load: Inertia, P: Array) -> dict[str, Any]:
+def load_entry(
+    name: str, load: Inertia, P: Array, open_: Sequence[Untold] | None = None
+) -> dict[str, Any]:
     """A load with its standard deviations: kg, m, kg m^2 about its centre, in its own frame.
 
     Args:
         name: of the load.
         load: what is believed.
         P: (10, 10) covariance of its parameters phi.
+        open_: what is not told of it; by P alone when None.
     """
+    left = untold(load, P) if open_ is None else open_
     moments = np.sqrt(np.diag(moments_covariance(load, P)))
     return {
         "name": name,
@@ -44,7 +48,7 @@ def load_entry(name: str, load: Inertia, P: Array) -> dict[str, Any]:
         "phi": dict(zip(PHI, load.phi.tolist(), strict=True)),
         "phi_covariance": P.tolist(),
         "physical": load.physical,
-        "not_told": [{"what": one.what, "sentence": one.sentence} for one in untold(load, P)],
+        "not_told": [{"what": one.what, "sentence": one.sentence} for one in left],
     }
 
 

@@ -10,12 +10,15 @@ mass, but not in one form:
              in kg m^2
     Franka   setLoad(mass, F_x_Cload, load_inertia)
              kg, m and kg m^2, about the centre of mass, flange's axes, column after column
+
+What is not told is in no form: without mass and centre of mass there is none, without moments the
+forms that can do without leave them out.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -37,8 +40,8 @@ com and inertia: along the sensor's axes as declared, inertia about the centre o
 standard deviation. flange: the same along the flange's axes from its origin.
 sensor: bias is what it adds to its reading, along its own axes, with the sign of the recording.
 not_told: what the motion did not show; do not use these numbers.
-controllers: calls and data for robot controllers, in the flange frame; what is not told is a guess
-there too."""
+com_95: m, the error of com stays below it with 95 %.
+controllers: calls and data for robot controllers, in the flange frame, of what is told alone."""
 
 CLOSING = re.compile(rb"</\s*robot\s*>\s*$")
 
@@ -73,18 +76,35 @@ def carried_loads(calibration: Calibration) -> dict[str, dict[str, Mapping[str, 
     return {link: {load["name"]: load["flange"] for load in calibration.details["loads"]}}
 
 
-def controller_forms(load: Inertia) -> dict[str, str]:
-    """What controllers take, by maker; the load is in the flange frame."""
+def controller_forms(load: Inertia, not_told: Collection[str] = ()) -> dict[str, str]:
+    """What controllers take, by maker, of what is told; the load is in the flange frame.
+
+    Nothing where mass or centre of mass are not told; without moments where one of them is not,
+    and nothing for a controller that cannot do without.
+
+    Args:
+        load: in the flange frame.
+        not_told: "mass", "com", "I_xx" ..., see `learners.payload.untold`.
+    """
+    if {"mass", "com"} & {*not_told}:
+        return {}
     I, c = load.moments, load.com  # noqa: E741
+    mass, place = _number(load.mass), _list(c)
+    if not_told:
+        at = ", ".join(f"{n} {_number(1e3 * v)}" for n, v in zip("XYZ", c, strict=True))
+        return {
+            "ur": f"set_target_payload({mass}, {place})",
+            "kuka": f"{{M {mass}, CM {{{at}, A 0.0, B 0.0, C 0.0}}}}",
+        }
     six = (I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])
-    ur = f"set_target_payload({_number(load.mass)}, {_list(c)}, {_list(six)})"
+    ur = f"set_target_payload({mass}, {place}, {_list(six)})"
     moments, axes = load.principal()
     roll, pitch, yaw = np.degrees(lie.rpy_from_rotation(axes))
-    place = (*(1e3 * c), yaw, pitch, roll)
-    named = ", ".join(f"{n} {_number(v)}" for n, v in zip("XYZABC", place, strict=True))
+    frame = (*(1e3 * c), yaw, pitch, roll)
+    named = ", ".join(f"{n} {_number(v)}" for n, v in zip("XYZABC", frame, strict=True))
     main = ", ".join(f"{n} {_number(v)}" for n, v in zip("XYZ", moments, strict=True))
-    kuka = f"{{M {_number(load.mass)}, CM {{{named}}}, J {{{main}}}}}"
-    franka = f"setLoad({_number(load.mass)}, {_braces(c)}, {_braces(I.T.ravel())})"
+    kuka = f"{{M {mass}, CM {{{named}}}, J {{{main}}}}}"
+    franka = f"setLoad({mass}, {_braces(c)}, {_braces(I.T.ravel())})"
     return {"ur": ur, "kuka": kuka, "franka": franka}
 
 

@@ -20,6 +20,7 @@ from bodyschema.learners.payload.recorded import Part, fit_payload
 from bodyschema.senses.wrench_means import Averaging, WrenchMeans, postures
 from bodyschema.senses.wrist_columns import WristRecording, WristTable
 from bodyschema.senses.wrist_declaration import (
+    SIGNS,
     MotionReading,
     SensorPlace,
     WristDeclaration,
@@ -38,13 +39,19 @@ SLOWEST = 0.08
 POOR = 0.1
 """Share of the wrench that may be left over before the answer says that something is wrong."""
 
-DOUBTFUL, MUCH = 0.03, 0.3
+DOUBTFUL, MUCH = 0.01, 0.3
 """Share from which other entries are tried, and what one must bring it down to, to be named."""
 
+AS_WELL = 1.3
+"""Entries that explain nearly as much as the best are named with it."""
+
 ALTERNATIVES: dict[str, dict[str, tuple[str, ...]]] = {
-    "wrench": {"frame": ("sensor", "base"), "about": ("base",), "torque_unit": ("Nm", "Nmm")},
+    "wrench": {
+        "frame": ("sensor", "base"), "about": ("base",), "sign": SIGNS,
+        "torque_unit": ("Nm", "Nmm", "kgfm"), "force_unit": ("N", "kgf", "lbf"),
+    },
     "pose": {"unit": ("m", "mm"), "angle_unit": ("rad", "deg")},
-}
+}  # fmt: skip
 """Entries that are often written wrongly, and what else they may be."""
 
 SWAPPED = {
@@ -109,6 +116,12 @@ def other_declarations(declared: WristDeclaration) -> Mapping[str, WristDeclarat
         for key, value in changes:
             pose = replace(declared.pose, **{key: value})
             trials[f"{key} = {json.dumps(value)} under [pose]"] = replace(declared, pose=pose)
+    strength = float(np.linalg.norm(declared.down))
+    for axis in (*np.eye(3), *-np.eye(3)):
+        x, y, z = (strength * axis).tolist()
+        if not np.allclose((x, y, z), declared.down, atol=0.1 * strength):
+            words = f"down = [{x:.4g}, {y:.4g}, {z:.4g}] under [motion]"
+            trials[words] = replace(declared, down=(x, y, z))
     turned = replace(declared.sensor, known="no")
     trials['known = "no" under [sensor]'] = replace(declared, sensor=turned)
     return trials
@@ -132,12 +145,15 @@ def better_declaration(
     """
     if share <= DOUBTFUL:
         return ""
+    found = dict[str, float]()
     for words, trial in other_declarations(declared).items():
         try:
             means = load_means(motion, table.read(trial).samples, moving, trial.sensor)
             fit = fit_payload([Part(means, ("load",))], load_learner(trial))
         except InputError:
             continue
-        if fit.unexplained.max() < min(0.5 * POOR, MUCH * share):
-            return words
-    return ""
+        left = float(fit.unexplained.max())
+        if left < min(0.5 * POOR, MUCH * share):
+            found[words] = left
+    best = min(found.values(), default=0.0)
+    return " or ".join(words for words, left in found.items() if left <= AS_WELL * best)

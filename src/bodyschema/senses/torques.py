@@ -39,6 +39,10 @@ DEFAULT_STD = 0.1
 MOTOR_SPREAD = np.array([std for _, _, std in DRIVE[:-1]])
 """How far the numbers of a motor may be from none in a linear start."""
 
+REVERSED, PLAIN = 0.3, 5.0
+"""Share of the torques left over (rms) at which another sign is the right one, and how many times
+the stated noise must be left over before anybody asks."""
+
 SIZE = len(DRIVE)
 """Numbers of a motor; the last is its gain."""
 
@@ -197,17 +201,54 @@ class Torques(Sense):
         Args:
             body: with the loads and the drive as parts.
             unknown: of these parts, those to be found.
+
+        Raises:
+            InputError: with one torque, or all, of the other sign the loads would explain the
+                samples, and as they are they do not.
         """
         names = [name for _, name in self.loads]
         if not {*names, self.drive} & {*unknown}:
             return None
+        W, found = self.regressor(body), list[tuple[float, Body, str]]()
+        for sign, words in self._signs(body):
+            tried = self._started(body, unknown, W, sign * self.observed)
+            e = sign * self.observed - (1 + self._gain(tried)) * (W @ self.carried(tried))
+            found.append((float(np.sum(e**2 / np.diag(self.covariance))), tried, words))
+        left, started, _ = found[0]
+        best, _, words = min(found, key=lambda one: one[0])
+        if best < REVERSED**2 * left and left > self.observed.size * PLAIN**2:
+            raise InputError(
+                f"{self.label}: with the torque of {words} turned round only "
+                f"{np.sqrt(best / left):.0%} of what is left over would be; it is recorded with "
+                "the other sign, so turn its column round."
+            )
+        return started
+
+    def _signs(self, body: Body) -> Iterator[tuple[Array, str]]:
+        """As recorded; all the other way; each joint alone: (n_joints,) and whose in words."""
+        n = self.q.shape[1]
+        yield np.ones(n), ""
+        yield -np.ones(n), "all joints"
+        if n > 1:
+            yield from ((1.0 - 2.0 * one, body.joints[j]) for j, one in enumerate(np.eye(n)))
+
+    def _started(self, body: Body, unknown: Collection[str], W: Array, observed: Array) -> Body:
+        """The body with unknown loads and friction by least squares, made physical.
+
+        Args:
+            body: as in `start`.
+            unknown: likewise.
+            W: (n, n_joints, k) the regressor.
+            observed: (n, n_joints) Nm.
+        """
+        names = [name for _, name in self.loads]
         x, gain = self.carried(body), self._gain(body)[:, None]
         wanted = np.repeat([name in unknown for name in names], 10)
         motors = np.full(len(x) - len(wanted), self.drive in unknown)
         free = np.concatenate([wanted, motors])
         std = np.sqrt(np.diag(self.covariance))[:, None]
-        W = (1 + gain) * self.regressor(body) / std
-        rest = self.observed / std[:, 0] - W[:, :, ~free] @ x[~free]
+        W = (1 + gain) * W / std
+        rest = observed / std[:, 0] - W[:, :, ~free] @ x[~free]
         A = W[:, :, free].reshape(-1, int(free.sum()))
         spread = [np.tile(LOAD_SPREAD, len(names)), np.tile(MOTOR_SPREAD, len(motors) // 4)]
         H = A.T @ A + np.diag(np.concatenate(spread)[free] ** -2.0)

@@ -260,8 +260,11 @@ def test_gravity_in_an_undeclared_unit_is_refused(folder, capsys, truth):
 )
 def test_the_entry_that_is_wrong_is_named(folder, capsys, old, new, hint):
     (folder / "run.toml").write_text(MINIMAL.replace(old, new))
-    _, answer = asked(folder, capsys)
-    assert any(hint in note for note in answer["notes"]), answer["notes"]
+    code, answer = asked(folder, capsys)
+    assert code == 1
+    assert answer["trust"]["level"] == "contradicted"
+    assert any(hint in reason for reason in answer["trust"]["reasons"]), answer["trust"]
+    assert not (folder / "out").exists()
 
 
 def test_an_object_is_told_from_the_gripper_by_its_segments(folder, capsys):
@@ -341,7 +344,7 @@ def test_a_wrong_frame_is_a_no_with_the_entry_to_look_at(folder, capsys):
     (folder / "run.toml").write_text(MINIMAL.replace('frame = "sensor"', 'frame = "base"'))
     code, answer = asked(folder, capsys)
     assert code == 1
-    assert any('frame = "sensor"' in note for note in answer["notes"])
+    assert any('frame = "sensor"' in reason for reason in answer["trust"]["reasons"])
 
 
 def test_one_posture_is_a_no(folder, capsys, truth):

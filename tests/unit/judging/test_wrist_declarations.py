@@ -50,7 +50,10 @@ def test_a_right_declaration_is_left_alone(table: WristTable) -> None:
     ("wrong", "words"),
     [
         (replace(RIGHT, wrench=replace(WRENCH, frame="base")), 'frame = "sensor"'),
-        (replace(RIGHT, wrench=replace(WRENCH, torque_unit="kgfm")), 'torque_unit = "Nm"'),
+        (
+            replace(RIGHT, wrench=replace(WRENCH, torque_unit="kgfm")),
+            'torque_unit = "Nm" or force_unit = "kgf"',
+        ),
         (
             replace(RIGHT, pose=replace(RIGHT.pose, layout="xyz_wxyz")),
             'layout = "xyz_xyzw" under [pose]',
@@ -71,6 +74,7 @@ def test_each_trial_changes_one_entry() -> None:
             for key, value in vars(getattr(trial, section)).items()
             if value != getattr(getattr(RIGHT, section), key)
         ]
+        changed += [("", "down")] * (trial.down != RIGHT.down)
         assert len(changed) == 1, words
         assert words.startswith(changed[0][1])
 

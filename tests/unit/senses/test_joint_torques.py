@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.learners.payload.arm import fit_arm
+from bodyschema.learners.payload.arm import arm_covariance, fit_arm
 from bodyschema.model.inertia import is_physical
 from bodyschema.model.motion import Motion
 from bodyschema.senses.joint_torques import (
@@ -67,3 +67,22 @@ def test_torques_give_real_links_and_brakes_back():
     assert np.sqrt(np.mean(left**2)) < 0.024
     assert all(is_physical(phi) for phi in found.x[: 10 * links].reshape(-1, 10))
     assert (found.x[10 * links :].reshape(-1, 4)[:, :3] > 0).all()
+
+
+def test_error_bars_hold_the_torque_and_grow_with_what_errs_in_common():
+    motion, G = moving(200, 4), np.eye(5)
+    W = np.concatenate([arm_regressor(katana(), motion), motor_regressor(motion, G)], axis=2)
+    rng, links = np.random.default_rng(5), len(moved_links(katana()))
+    truth = fit_arm(W[:1], rng.normal(size=(1, 5)), links, rounds=1)
+    tau = W @ truth.x + 0.05 * rng.normal(size=(200, 5))
+    slow = 0.05 * np.repeat(rng.normal(size=(10, 5)), 20, axis=0)
+    stds, z = [], []
+    for observed in (tau, tau + slow):
+        found = fit_arm(W, observed, links)
+        C = arm_covariance(W, observed, found)
+        std = np.sqrt(np.einsum("njp,pq,njq->nj", W, C, W))
+        stds.append(std.mean())
+        z.append(np.sqrt(np.mean(((W @ (found.x - truth.x)) / std) ** 2)))
+    assert 0.6 < z[0] < 1.4
+    assert z[1] < 1.4
+    assert stds[1] > 1.5 * stds[0]

@@ -95,3 +95,19 @@ def test_one_noise_level_a_joint_and_no_arm_without_weight() -> None:
     assert [part for _, _, part in sense.components] == [slice(j, j + 1) for j in range(3)]
     with pytest.raises(InputError, match="at least one link"):
         replace(sense, loads=())
+
+
+@pytest.mark.parametrize(
+    ("sign", "says"),
+    [
+        ([-1.0, -1.0, -1.0], "torque of all joints turned round"),
+        ([1.0, -1.0, 1.0], "torque of joint_2 turned round"),
+    ],
+)
+def test_a_torque_of_the_other_sign_is_refused(sign: list[float], says: str) -> None:
+    sense, body = felt(60)
+    noise = 0.02 * np.random.default_rng(3).normal(size=sense.observed.shape)
+    right = replace(sense, observed=sense.observed + noise, covariance=0.02**2 * np.eye(3))
+    assert right.start(body, {"upper", "load"}) is not None
+    with pytest.raises(InputError, match=says):
+        replace(right, observed=right.observed * sign).start(body, {"upper", "load"})

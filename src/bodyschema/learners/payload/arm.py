@@ -35,6 +35,10 @@ MOTOR_STD, OFFSET_STD = 3.0, 10.0
 """Of these logarithms, and of an offset in Nm."""
 
 
+STRETCHES, FULLEST = 10, 1 - 1e-9
+"""Of time, whose errors may be in common; and the largest share that one has in the fit."""
+
+
 @dataclass(frozen=True)
 class Arm:
     """Links and motors."""
@@ -125,3 +129,39 @@ def fit_arm(W: Array, tau: Array, links: int, rounds: int = 5) -> Arm:
         arm, _, _ = descend(problem, arm, 60, 1e-2)
         v = np.mean((tau - W @ arm.x) ** 2, axis=0)
     return arm
+
+
+def arm_covariance(W: Array, tau: Array, arm: Arm) -> Array:
+    """What is not known of x: noise of each joint, the prior, and what errs in common.
+
+    With A the whitened slope by the free numbers, z the whitened residuals, and C = (A^T A +
+    Lambda)^-1, stretches of time pull the fit by C g_c, g_c = A_c^T (1 - A_c C A_c^T)^-1/2 z_c. The
+    torque that they move, over that which C says, is the factor kappa by which C is too small.
+
+    Args:
+        W: (n, n_joints, p) in order of time.
+        tau: (n, n_joints) Nm.
+        arm: fitted to them.
+
+    Returns:
+        (p, p) of x, symmetric.
+    """
+    left, links, motors = tau - W @ arm.x, len(arm.eta), len(arm.motors)
+    root = np.sqrt(np.mean(left**2, axis=0))
+    J = arm.slope()
+    A, z = (W / root[:, None]) @ J, left / root
+    std = [*np.tile(LINK_STD, links), *np.tile([*[MOTOR_STD] * 3, OFFSET_STD], motors)]
+    H = np.einsum("njp,njq->pq", A, A, optimize=True) + np.diag(1 / np.square(std))
+    values, vectors = np.linalg.eigh(H)
+    L = vectors / np.sqrt(values)
+    B, count = A @ L, min(STRETCHES, len(tau))
+    moved = []
+    for rows in np.array_split(np.arange(len(tau)), count):
+        b = B[rows].reshape(-1, B.shape[2])
+        shares, axes = np.linalg.eigh(b.T @ b)
+        factor = 1 / np.sqrt(1 - np.clip(shares, 0.0, FULLEST))
+        moved.append(axes @ (factor * (axes.T @ (b.T @ z[rows].ravel()))))
+    told = float(np.sum(B**2))
+    kappa = float(np.sum((B @ np.array(moved).T) ** 2)) / max(told, 1e-300)
+    wide = np.sqrt(max(kappa, 1.0)) * (J @ L)
+    return np.asarray(wide @ wide.T)

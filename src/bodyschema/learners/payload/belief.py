@@ -31,7 +31,6 @@ from bodyschema.estimation.loads import SIX
 from bodyschema.learners.payload.chart import SHARED
 from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import PayloadFit
-from bodyschema.learners.payload.untold import untold
 from bodyschema.model.inertia import (
     Inertia,
     log_cholesky,
@@ -121,7 +120,7 @@ def load_identifiability(fit: PayloadFit, estimate: Estimate) -> Identifiability
     values, vectors = np.linalg.eigh(F)
     said = dict[str, OpenDirection]()
     for name in fit.names:
-        for one in untold(fit.loads[name], fit.covariance(name)):
+        for one in fit.untold(name):
             sentence = one.sentence if len(fit.names) == 1 else f"{name}: {one.sentence}"
             said.setdefault(sentence, OpenDirection((f"{name}.{one.what}",), False, sentence))
     open_share = np.sum(vectors[:, values < SAYS_LITTLE].T ** 2, axis=0)
@@ -181,12 +180,8 @@ def _six(moments: Array) -> Array:
 
 
 def _whole_covariance(fit: PayloadFit) -> Array:
-    """(9 + 10 K, 9 + 10 K) of noise, and of what the residuals remember."""
-    P = fit.solution.covariance.copy()
-    for k, name in enumerate(fit.names):
-        at = slice(SHARED + 10 * k, SHARED + 10 * (k + 1))
-        P[at, at] = fit.covariance(name)
-    return P
+    """(9 + 10 K, 9 + 10 K) of noise, and of all that is known to err in common."""
+    return fit.solution.covariance if fit.whole is None else fit.whole
 
 
 def _beyond(C: Array, prior_std: Array) -> Array:

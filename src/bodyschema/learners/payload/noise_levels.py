@@ -1,7 +1,9 @@
 """How large the residuals of a wrist sensor are, and how long they remember.
 
 Nobody needs to declare noise: each of the six components has the mean squared residual that is
-seen, degrees of freedom counted, with a declared level worth a few samples at first. tau is the
+seen, degrees of freedom counted, with a declared level worth a few samples at first, and the mean
+of its like (three forces, three torques) worth some more: on few samples six levels of their own
+would be chance, and the smallest would pass for knowledge. tau is the
 long-run variance over it: v_l = mean square of sums over blocks of l samples, per sample, grows
 with l until blocks are longer than the memory; the largest v_l / v_1 is taken, or what the overlap
 of the averaged windows makes of white noise, whichever is larger.
@@ -23,6 +25,11 @@ Array = NDArray[np.float64]
 
 BLOCKS = 16
 """Blocks of one length that must be there before they say how long noise remembers."""
+
+
+ALIKE = 12.0
+"""Samples that the mean level of three like axes counts for beside that of one: axes of one sensor
+differ by a factor of two or so, which a dozen samples are as sure of."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,9 @@ def measured_levels(segments: Sequence[Segment], guess: Guess, believed: Levels)
     if blocks[0] <= taken + 1:
         return believed
     variance = (squares[0] + believed.faith * believed.variance) / (left + believed.faith)
+    weight = left + believed.faith
+    alike = np.repeat(variance.reshape(2, 3).mean(axis=1), 3)
+    variance = (weight * variance + ALIKE * alike) / (weight + ALIKE)
     tau = believed.tau.copy()
     if blocks[1] - taken >= BLOCKS:
         for group in (slice(0, 3), slice(3, 6)):

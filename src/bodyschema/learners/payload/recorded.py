@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.errors import InputError
-from bodyschema.learners.payload.chart import wide_prior
+from bodyschema.learners.payload.chart import SHARED, wide_prior
 from bodyschema.learners.payload.fit import Solution, solve
 from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.noise_levels import Levels, Segment
 from bodyschema.learners.payload.sums import Sums, unknowns
+from bodyschema.learners.payload.untold import Untold, untold
 from bodyschema.model.inertia import Inertia
 from bodyschema.senses.wrench_means import WrenchMeans
 
@@ -30,12 +31,11 @@ ROUNDS = 3
 WILD = 43.0
 """Squared residual of six components that chance exceeds once in ten million."""
 
-LEVER, REACH = 0.02, 0.05
-"""m: least levers of a torque, and of a centre of mass, that shares are taken of."""
+LEVER = 0.02
+"""m: least lever of a torque that shares are taken of."""
 
-HIDDEN = 3.0
-"""Times the visible error of the force that its scale may be off: mass, turn and offset take up
-most of what wrong gains do, and about a third is left to be seen."""
+TARED = 1.0
+"""N: an offset that is known better does not hide a weight."""
 
 NEGATIVE, CONVINCING = 3.0, 0.9
 """Standard deviations below zero at which a mass means a wrong sign, and the share of the force's
@@ -60,6 +60,11 @@ class PayloadFit:
     parts: tuple[Part, ...]
     kept: tuple[Flags, ...]
     """Of each part's samples, those that were not wild."""
+    tared: bool = False
+    """Whether the sensor's offset was known beforehand."""
+    whole: Array | None = None
+    """(9 + 10 K, 9 + 10 K) covariance of w, b, phi_1 .. phi_K with all that is known to err in
+    common; None: of noise alone."""
 
     @property
     def loads(self) -> Mapping[str, Inertia]:
@@ -67,24 +72,26 @@ class PayloadFit:
         return {name: self.solution.guess.load(k) for k, name in enumerate(self.names)}
 
     def covariance(self, name: str) -> Array:
-        """(10, 10) of a load's phi: that of noise, and that of what the residuals remember.
+        """(10, 10) of a load's phi: `whole` where it is known, else that of noise."""
+        k = self.names.index(name)
+        if self.whole is None:
+            return self.solution.phi_covariance(k)
+        at = slice(SHARED + 10 * k, SHARED + 10 * (k + 1))
+        return self.whole[at, at]
 
-        See `systematic` for the second part.
-        """
-        known = self.solution.phi_covariance(self.names.index(name))
-        return known + _scaled(self.loads[name], *self.systematic)
+    def untold(self, name: str) -> tuple[Untold, ...]:
+        """What the recording leaves open of a load, and why."""
+        load, noise = self.loads[name], self.solution.phi_covariance(self.names.index(name))
+        turned = np.inf if self.tared else self.span
+        return untold(load, self.covariance(name), noise, turned)
 
     @property
-    def systematic(self) -> tuple[float, float]:
-        """Relative error of force and of torque that is no noise: gains, cross-talk, drift.
-
-        Such errors return with the posture and do not average out. They show as residuals that
-        remember for longer than the windows overlap: of the share that is left unexplained, the
-        part 1 - memory / tau is theirs, in units of variance.
-        """
-        part = np.maximum(1 - self.parts[0].means.memory / self.solution.levels.tau[[0, 3]], 0.0)
-        force, torque = self.unexplained * np.sqrt(part)
-        return float(force), float(torque)
+    def span(self) -> float:
+        """Spread of gravity less acceleration along the sensor's axes, as a share of itself."""
+        parts = zip(self.parts, self.kept, strict=True)
+        g = np.concatenate([part.means.Y[kept][:, :3, 0] for part, kept in parts])
+        size = float(np.median(np.linalg.norm(g, axis=1)))
+        return float(np.sqrt(np.sum(np.var(g, axis=0)))) / max(size, 1e-9)
 
     def residuals(self, part: int) -> Array:
         """(n, 6) N and Nm, along the mount's axes: the wrench that nothing explains."""
@@ -113,19 +120,6 @@ class PayloadFit:
     def R(self) -> Array:
         """(3, 3) from the sensor's axes to the mount's."""
         return self.solution.guess.R
-
-
-def _scaled(load: Inertia, force: float, torque: float) -> Array:
-    """What relative errors of force and torque do to phi: (10, 10).
-
-    A common scale moves all parameters together; errors of single components move the centre of
-    mass by a share of its distance, and moments by a share of their trace.
-    """
-    reach = load.mass * max(float(np.linalg.norm(load.com)), REACH)
-    size = float(np.trace(load.moments))
-    phi = load.phi
-    own = max(force, torque) ** 2 * np.array([0.0, *[reach**2] * 3, *[size**2] * 6])
-    return np.asarray((HIDDEN * force) ** 2 * np.outer(phi, phi) + np.diag(own))
 
 
 def fit_payload(parts: Sequence[Part], learner: LoadLearner) -> PayloadFit:
@@ -162,7 +156,7 @@ def fit_payload(parts: Sequence[Part], learner: LoadLearner) -> PayloadFit:
             for part, keep in zip(parts, kept, strict=True)
         ]
         solution = solve(segments, prior, start, noise)
-        fit = PayloadFit(solution, names, tuple(parts), tuple(kept))
+        fit = PayloadFit(solution, names, tuple(parts), tuple(kept), learner.force_bias_std < TARED)
         tame = [_tame(fit.residuals(k), solution.levels.variance) for k in range(len(parts))]
         if all(np.array_equal(a, b) for a, b in zip(tame, kept, strict=True)):
             break
@@ -204,5 +198,6 @@ def refuse_negative(parts: Sequence[Part], learner: LoadLearner) -> None:
         raise InputError(
             f"the mass comes out as {found[0]:.3f} ± {std:.3f} kg: the wrench is recorded with the "
             'other sign; set sign = "on_sensor" for a sensor that reads the load\'s pull, '
-            '"on_object" for one that reads its own push.'
+            '"on_object" for one that reads its own push. If the base hangs upside down, down is '
+            "[0.0, 0.0, 9.81] under [motion]."
         )

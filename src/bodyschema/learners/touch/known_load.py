@@ -76,17 +76,20 @@ class KnownLoad:
                 )
 
     @classmethod
-    def of(cls, solution: Solution, load: int = 0) -> KnownLoad:
+    def of(cls, solution: Solution, load: int = 0, whole: Array | None = None) -> KnownLoad:
         """What the learner of payloads found; gains are taken for exact.
 
         Args:
             solution: of `LoadLearner` or `solve`.
             load: which of its loads hangs on the sensor.
+            whole: covariance like that of the solution, with what errs in common; see
+                `PayloadFit.whole`.
         """
         guess = solution.guess
         at = [*range(PHI.start), *range(PHI.start + 10 * load, PHI.start + 10 * (load + 1))]
         P = np.zeros((UNKNOWNS, UNKNOWNS))
-        P[: GAIN.start, : GAIN.start] = solution.covariance[np.ix_(at, at)]
+        C = solution.covariance if whole is None else whole
+        P[: GAIN.start, : GAIN.start] = C[np.ix_(at, at)]
         return cls(guess.phi[load], guess.bias, guess.R, covariance=P)
 
     def unexplained(self, means: WrenchMeans) -> tuple[Array, Array]:
