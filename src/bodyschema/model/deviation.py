@@ -1,8 +1,8 @@
 """The parameter vector that turns one body into another: the chart of `variables` read backwards.
 
-offset, gear, link    x = value - value_0
-axis                  x = t B^T a / |B^T a|,    t = atan2(|B^T a|, a_0 . a)
-turn                  x = log(R_0^T R)
+offset, gear, link, part    x = value - value_0
+axis                        x = t B^T a / |B^T a|,    t = atan2(|B^T a|, a_0 . a)
+turn                        x = log(R_0^T R)
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.model.kernels import AXIS, GEAR, LINK, OFFSET
+from bodyschema.model.kernels import AXIS, GEAR, LINK, OFFSET, TURN
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 
@@ -39,7 +39,13 @@ def deviation(reference: Body, body: Body, variables: Variables) -> Array:
         GEAR: (body.gear - reference.gear)[:, None],
         AXIS: tilt,
         LINK: body.placement[:, :3, 3] - reference.placement[:, :3, 3],
+        TURN: lie.log_so3(turned),
     }
-    turns = lie.log_so3(turned)
-    rows = zip(variables.code, variables.index, variables.component, strict=True)
-    return np.array([values.get(int(code), turns)[k, c] for code, k, c in rows], dtype=np.float64)
+    x = np.zeros(len(variables))
+    for code, value in values.items():
+        rows = np.flatnonzero(variables.code == code)
+        x[rows] = value[variables.index[rows], variables.component[rows]]
+    for name, part in reference.parts.items():
+        rows, numbers = variables.of_part(name)
+        x[rows] = body.part(name).values[numbers] - part.values[numbers]
+    return x
