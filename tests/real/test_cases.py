@@ -184,6 +184,24 @@ def test_two_days(shared_cases: Folder, calibrate: Verb, tmp_path: Path) -> None
     assert not answer["outliers"]
 
 
+def test_joints_and_poses_of_their_own_clocks(
+    shared_cases: Folder, calibrate: Verb, tmp_path: Path
+) -> None:
+    """What is to be added to the stamps of the poses is -0.35 s."""
+    case = shared_cases("T_two_clocks")
+    code, _, said = calibrate(case / "run.toml")
+    assert code == 2
+    assert 'join = "time"' in said
+    code, answer, _ = calibrate(
+        written(case, tmp_path, ("[frames.board]", 'join = "time"\n[frames.board]'))
+    )
+    assert code == 0
+    assert_right(answer)
+    (note,) = [note for note in answer["notes"] if "'poses.csv'" in note]
+    (lag,) = re.findall(r"([-+][\d.]+) s was added", note)
+    assert float(lag) == pytest.approx(-0.35, abs=0.002)
+
+
 # ---- robot descriptions ----------------------------------------------------------------------
 
 

@@ -8,23 +8,24 @@ from typing import cast
 
 from bodyschema import lie
 from bodyschema.cli.reading.joints import read_joints as read_joints
-from bodyschema.cli.reading.joints import refuse_missing
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.part_kinds import freed, made
 from bodyschema.cli.reading.pose_lists import pose_sense
+from bodyschema.cli.reading.recorded_senses import (
+    make_senses,
+    read_recordings,
+    read_streams,
+    source_of,
+)
 from bodyschema.cli.reading.robot import robot_of
-from bodyschema.cli.reading.sense_entry import SenseEntry
-from bodyschema.cli.reading.sense_kinds import make_sense, parts_of
+from bodyschema.cli.reading.sense_kinds import parts_of
+from bodyschema.cli.reading.streams import Streams
 from bodyschema.cli.run_file import RunFile
+from bodyschema.cli.stream_lags import with_clocks
 from bodyschema.errors import InputError
-from bodyschema.estimation.problem import Knowledge, moved_joints
+from bodyschema.estimation.problem import Knowledge
 from bodyschema.model.tree import Body
-from bodyschema.senses.outlines import Outlines
-from bodyschema.senses.sense import Sense, concatenate
-from bodyschema.sources.tables import open_recording
-
-Source = tuple[tuple[str, ...], str | None]
-"""Files of a recording, and its column of times."""
+from bodyschema.senses.sense import Sense
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,15 @@ def load(run: RunFile) -> Loaded:
         for name, entry in run.frames.items()
         if entry.known != "exactly"
     }
-    opened = _recordings(run, body)
-    senses = _senses(run, opened)
+    if run.join == "time":
+        streams = Streams.open(run, body)
+        clocked = with_clocks(streams, body, frames, parts)
+        body, parts = clocked.body, clocked.parts
+        body = replace(body, remarks=(*body.remarks, *clocked.sentences))
+        run, opened = streams.run, read_streams(streams, body)
+    else:
+        opened = read_recordings(run, body)
+    senses = make_senses(run, opened)
     _refuse_unused(run, parts)
     rows = {at.source: at.first for at in opened.values()}
     return Loaded(nominal, body, senses, frames, parts, rows)
@@ -109,62 +117,16 @@ def read_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
     shown = body
     if not body.visuals and run.robot and any(entry.kind == "outlines" for entry in run.senses):
         shown = replace(body, visuals=robot_of(run).visuals)
-    return _senses(run, _recordings(run, shown))
+    if run.join == "time":
+        streams = Streams.open(run, shown)
+        return make_senses(streams.run, read_streams(streams, shown))
+    return make_senses(run, read_recordings(run, shown))
 
 
 def blank_senses(run: RunFile, body: Body) -> tuple[Sense, ...]:
     """The senses of a run without a sample, for a recording that is gone."""
     gone = Moments.none(body, run.joints, run.parts)
-    return _senses(run, {source_of(run, entry): gone for entry in run.senses})
-
-
-def source_of(run: RunFile, entry: SenseEntry) -> Source:
-    """What a sense is read from: its own files or those of the run."""
-    return entry.recording or run.recording, run.time if entry.time is None else entry.time
-
-
-def _recordings(run: RunFile, body: Body) -> dict[Source, Moments]:
-    """Every recording of a run, rows numbered through."""
-    opened: dict[Source, Moments] = {}
-    first: dict[tuple[str, ...], int] = {}
-    for source in [(run.recording, run.time), *(source_of(run, entry) for entry in run.senses)]:
-        files, time = source
-        if source in opened or not files:
-            continue
-        at = Moments.of(body, run.joints, run.parts, open_recording(files), time)
-        first.setdefault(files, sum(map(len, opened.values())))
-        opened[source] = at.from_row(first[files])
-    return opened
-
-
-def _senses(run: RunFile, opened: Mapping[Source, Moments]) -> tuple[Sense, ...]:
-    """The senses of a run; those that differ in their recording alone as one."""
-    batches: list[tuple[SenseEntry, list[Sense]]] = []
-    for entry in run.senses:
-        at = opened[source_of(run, entry)]
-        for frame in filter(None, (entry.seen_from, entry.seen)):
-            at.body.frame_index(frame)
-        sense = _sense(run, entry, at)
-        alike = replace(entry, recording=(), time=None)
-        same = [parts for other, parts in batches if other == alike]
-        if same and not isinstance(sense, Outlines):
-            same[0].append(sense)
-        else:
-            batches.append((alike, [sense]))
-    return tuple(concatenate(parts) for _, parts in batches)
-
-
-def _sense(run: RunFile, entry: SenseEntry, at: Moments) -> Sense:
-    """One sense of one recording."""
-    try:
-        sense = make_sense(entry, at)
-    except InputError as error:
-        if not at.first:
-            raise
-        raise InputError(f"{error} (Rows of {at.source} count from {at.first}.)") from None
-    if at.recording is not None:
-        refuse_missing(at.body, at.recording, run.joints, moved_joints(at.body, [sense]))
-    return sense
+    return make_senses(run, {source_of(run, entry): gone for entry in run.senses})
 
 
 def _refuse_unused(run: RunFile, free: Mapping[str, object]) -> None:

@@ -5,6 +5,7 @@
     skeleton = "arm.toml"                   # instead: an arrangement, to learn the geometry of
     recording = "data.csv"                  # CSV or Parquet; a list of files is joined row by row
     append = ["tuesday.csv"]                # optional: further recordings with the same columns
+    join = "rows"                           # optional; "time": files are streams of their own
     time = "t"                              # optional: the column of times; "" if there is no clock
     learner = "batch"                       # optional; or an online learner, see LEARNERS
 
@@ -63,7 +64,7 @@ from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
 from bodyschema.cli.reading.part_entry import PartEntry
 from bodyschema.cli.reading.picture_sections import PictureSections
 from bodyschema.cli.reading.robot import argument_words
-from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry, HandEyeEntry
+from bodyschema.cli.reading.run_entries import JOINS, FrameEntry, FreeEntry, HandEyeEntry
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.wrist_sections import WristSections
 from bodyschema.cli.verb_sections import check_verb, take_sections
@@ -87,6 +88,8 @@ class RunFile:
     senses: tuple[SenseEntry, ...]
     parts: dict[str, PartEntry] = field(default_factory=dict)
     free: FreeEntry = field(default_factory=FreeEntry)
+    join: str = "rows"
+    """"time" where files of `recording` are streams of their own, see `streams`."""
     append: tuple[str, ...] = ()
     """Empty once it is read: each recording is one of senses of its own, see `appended`."""
     time: str | None = None
@@ -114,6 +117,12 @@ class RunFile:
         if self.folds < 2:
             raise InputError(f"folds = {self.folds} in {where}; at least 2 are needed.")
         one_of("learner", self.learner, LEARNERS, where)
+        one_of("join", self.join, JOINS, where)
+        if self.join == "time" and (self.hand_eye or self.wrist or self.pictures):
+            raise InputError(
+                f'join = "time" in {where} is for [[senses]] of calibrate; leave it out, or for '
+                "hand-eye write it into [hand_eye]."
+            )
 
     @property
     def description(self) -> Path:

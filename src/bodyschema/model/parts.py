@@ -168,6 +168,15 @@ def clock(lag: float = 0.0) -> Part:
     return Part("clock", ("lag",), ("s",), np.array([lag]), np.array([LAG_PRIOR]))
 
 
+def joined_clock(part: Part) -> Part:
+    """The clock of a stream whose readings were joined at its lag: what is left of it is small.
+
+    "joined" is that lag, which the readings have in them and nobody frees.
+    """
+    values, std = np.array([0.0, part["lag"]]), np.append(part.prior_std[:1], LAG_PRIOR)
+    return Part("clock", ("lag", "joined"), ("s", "s"), values, std)
+
+
 def target(scale: float = 1.0) -> Part:
     """The scale of a target's own coordinates."""
     return Part("target", ("scale",), ("1",), np.array([scale]), np.array([SCALE_PRIOR]))

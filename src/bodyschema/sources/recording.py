@@ -141,7 +141,8 @@ def beside(recordings: Iterable[Recording]) -> Recording:
         if len(other) != len(first):
             raise InputError(
                 f"{first.source} has {len(first)} rows and {other.source} has {len(other)}; "
-                "files that are joined row by row must be equally long."
+                "files that are joined row by row must be equally long. Streams of rates of their "
+                'own are joined by their times: join = "time".'
             )
         shared = sorted(set(columns) & set(other.columns))
         if shared:

@@ -46,6 +46,11 @@ def with_appended(
             f"append in {where} is for recordings of [[senses]], as calibrate reads them; describe "
             "what was seen there, or leave it out."
         )
+    if entries.get("join") == "time":
+        raise InputError(
+            f'append and join = "time" in {where} do not go together; give every recording a run '
+            "file of its own."
+        )
     recordings = [files for files in (entries["recording"], *appended) if files]
     ends = _endings(recordings)
     moved = [name for name, entry in frames.items() if entry.per_recording]

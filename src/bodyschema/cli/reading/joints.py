@@ -99,5 +99,6 @@ def refuse_missing(
         raise InputError(
             f"no column for joint {', '.join(missing[:6])} in {recording.source}"
             f"{did_you_mean(missing[0], unused)} Name it under [joints] columns = "
-            f'{{ {missing[0]} = "..." }}.'
+            f'{{ {missing[0]} = "..." }}, or where the joints have a file of their own rate name '
+            'that in recording and set join = "time".'
         )

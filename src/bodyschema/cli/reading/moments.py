@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from bodyschema.cli.reading.joint_columns import JointColumns
     from bodyschema.cli.reading.part_entry import PartEntry
     from bodyschema.cli.reading.sense_entry import SenseEntry
+    from bodyschema.cli.reading.streams import Streams
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,6 +46,12 @@ class Moments:
     """Whether the times were recorded."""
     first: int = 0
     """Number of its first row."""
+    rate: Array | None = None
+    """(n_rows, n_joints) dq/dt, where the joints are a stream of their own."""
+    known: NDArray[np.bool_] | None = None
+    """(n_rows,) whether the joints were read about then; all rows when None."""
+    joint_table: Recording | None = None
+    """That the joints were read from; `recording` when None."""
 
     @classmethod
     def of(
@@ -64,6 +71,32 @@ class Moments:
         clocked = time != "" and (time is not None or any(c in known for c in TIME_COLUMNS))
         q = read_joints(body, recording, joints)
         return cls(body, joints, parts, recording, q, recording.time(time), clocked)
+
+    @classmethod
+    def joined(
+        cls,
+        body: Body,
+        parts: Mapping[str, PartEntry],
+        recording: Recording,
+        time: Array,
+        streams: Streams,
+        lag: float,
+    ) -> Moments:
+        """A recording without joints, with those of another at its times.
+
+        Args:
+            body: whose joints.
+            parts: of the run.
+            recording: the table.
+            time: (n_rows,) s, its stamps.
+            streams: with the joints.
+            lag: s, by which the stamps are late; what is left of it is for the clock.
+        """
+        q, rate, known = streams.joints.at(time - lag)
+        return cls(
+            body, streams.run.joints, parts, recording, q, time, True,
+            rate=rate, known=known, joint_table=streams.joint_table,
+        )  # fmt: skip
 
     @classmethod
     def none(cls, body: Body, joints: JointColumns, parts: Mapping[str, PartEntry]) -> Moments:
@@ -88,10 +121,15 @@ class Moments:
         All rows where no column is named.
         """
         if self.recording is None or not columns:
-            return np.zeros((len(self), len(columns))), np.arange(len(self))
+            rows = np.flatnonzero(self._known)
+            return np.zeros((len(rows), len(columns))), rows
         values, present = self.recording.matrix(columns, "1")
-        rows = np.flatnonzero(present)
+        rows = np.flatnonzero(present & self._known)
         return values[rows], rows
+
+    @property
+    def _known(self) -> NDArray[np.bool_]:
+        return np.ones(len(self), dtype=bool) if self.known is None else self.known
 
     def has(self, columns: Sequence[str]) -> bool:
         """Whether all these columns are in the recording."""
@@ -126,7 +164,9 @@ class Moments:
 
     def speeds(self, entry: SenseEntry) -> Array:
         """(n_rows, n_joints) dq/dt: recorded, or the slope between the rows before and after."""
-        return self._pattern(entry.speeds, "speeds") if entry.speeds else self._slope(self.q)
+        if entry.speeds:
+            return self._pattern(entry.speeds, "speeds")
+        return self._slope(self.q) if self.rate is None else self.rate
 
     def motion(self, entry: SenseEntry, rows: Ints) -> dict[str, Any]:
         """Speeds and accelerations of the samples of a sense of forces; none at rest."""
