@@ -30,8 +30,8 @@ EITHER = Plan(n=(48, 48, 96), smooth=(False, False, True))
 
 FAULTS: tuple[Fault, ...] = (
     Fault("none", Plan(n=(24, 48, 120)), good=True, weight=5),
-    Fault("none, smooth path", Plan(n=(48, 120), smooth=(True,)), good=True, weight=2),
-    Fault("none, stated noise", Plan(n=(24, 48, 120), stated=True), good=True, weight=2),
+    Fault("none (smooth path)", Plan(n=(48, 120), smooth=(True,)), good=True, weight=2),
+    Fault("none (stated noise)", Plan(n=(24, 48, 120), stated=True), good=True, weight=2),
     Fault("random outliers 5-35 %", change=lambda s, r: changes.sight(
         sights.outliers(r.uniform(0.05, 0.35), 0.2))(s, r)),
     Fault("random outliers 50 %", Plan(n=(48, 96)), changes.sight(sights.outliers(0.5, 0.2))),
@@ -39,8 +39,8 @@ FAULTS: tuple[Fault, ...] = (
         sights.shifted_alike(r.uniform(0.2, 0.4), 10 ** r.uniform(-2.7, -1.5), False))(s, r)),
     Fault("one corner shifted", change=lambda s, r: changes.sight(
         sights.shifted_alike(r.uniform(0.2, 0.4), 10 ** r.uniform(-2.7, -1.5), True))(s, r)),
-    Fault("AR noise, shuffled", change=changes.remembering),
-    Fault("AR noise, smooth path", Plan(n=(48, 120), smooth=(True,)), changes.remembering),
+    Fault("AR noise (shuffled)", change=changes.remembering),
+    Fault("AR noise (smooth path)", Plan(n=(48, 120), smooth=(True,)), changes.remembering),
     Fault("late 50 ms", MOVING, changes.late(0.05)),
     Fault("late 200 ms", MOVING, changes.late(0.2)),
     Fault("early", MOVING, changes.late(-0.05, -0.2)),
@@ -76,9 +76,9 @@ FAULTS: tuple[Fault, ...] = (
     Fault("drifting tracker", EITHER, changes.walk, apart=True),
     Fault("warming", EITHER, changes.warming, apart=True),
     Fault("heavy noise", EITHER, changes.noise(sights.heavy(2.0), sights.heavy(3.0)), apart=True),
-    Fault("stated noise, distortion", replace(EITHER, stated=True), changes.distorted),
-    Fault("stated noise, bending", replace(EITHER, stated=True), changes.bending),
-    Fault("stated noise, waves", replace(EITHER, stated=True), changes.effect(changes.waves)),
-    Fault("stated noise, warming", replace(EITHER, stated=True), changes.warming),
+    Fault("distortion (stated noise)", replace(EITHER, stated=True), changes.distorted),
+    Fault("bending (stated noise)", replace(EITHER, stated=True), changes.bending),
+    Fault("waves (stated noise)", replace(EITHER, stated=True), changes.effect(changes.waves)),
+    Fault("warming (stated noise)", replace(EITHER, stated=True), changes.warming),
 )  # fmt: skip
 """All that a recording for `calibrate` may have."""

@@ -108,7 +108,7 @@ MM = sights.scaled(1000.0)
 
 ROWS = (
     _row("none", good=True, weight=3),
-    _row("none, streams", Draw((100, 200), streams=True), good=True, weight=2),
+    _row("none (streams)", Draw((100, 200), streams=True), good=True, weight=2),
     _row("3-6 pairs", Draw((3, 4, 5, 6))),
     _row("outliers 5-30 %", change=_outliers),
     _row("6 postures x 10 frames", Draw((60,), repeats=10, noise=sights.by_posture(10))),

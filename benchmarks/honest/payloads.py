@@ -189,7 +189,7 @@ def _still(*counts: int) -> Callable[[np.random.Generator], Wrist]:
 
 ROWS = (
     _row("none", good=True, weight=3),
-    _row("none, postures", make=_still(15, 30), good=True, weight=2),
+    _row("none (postures)", make=_still(15, 30), good=True, weight=2),
     _row("7 postures", make=_still(7)),
     _row("3 s", make=partial(draw_wrist, seconds=(3.0,))),
     _row("hardly tilted", _tilt(0.05)),

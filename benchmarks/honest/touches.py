@@ -172,7 +172,7 @@ def _row(name: str, change: Change = lambda one, rng: one, make: Any = draw, **m
 
 ROWS = (
     _row("none", good=True, weight=3),
-    _row("none, nothing touches", make=partial(draw, count=0), good=True, weight=2),
+    _row("none (nothing touches)", make=partial(draw, count=0), good=True, weight=2),
     _row("offset drifts", _drifts),
     _row("gains off", _of_wrist(payloads.gains_off)),
     _row("load slides after", _after(_slid)),

@@ -185,8 +185,8 @@ SMOOTH = partial(draw_pictured, n=14, smooth=True)
 
 ROWS = (
     _row("none", good=True, weight=3),
-    _row("none, camera known roughly", _roughly, good=True, weight=2),
-    _row("none, without masks", _colours, good=True),
+    _row("none (camera known roughly)", _roughly, good=True, weight=2),
+    _row("none (without masks)", _colours, good=True),
     _row("2-3 pictures", make=lambda rng: draw_pictured(rng, n=int(rng.integers(2, 4)))),
     _row("lens", _lens),
     _row("camera elsewhere", _camera_off),

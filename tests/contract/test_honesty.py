@@ -66,6 +66,7 @@ def test_faults_have_names_of_their_own_in_every_kind():
     for kind in honesty.KINDS:
         names = [row.fault for row in honesty.rows(kind)]
         assert len(set(names)) == len(names)
+        assert not any("," in name for name in names), "--only takes names with commas between"
         assert any(row.good for row in honesty.rows(kind))
 
 
