@@ -49,6 +49,7 @@ def calibrate(
     parts: Mapping[str, Sequence[str] | None] | None = None,
     described: Body | None = None,
     run: Mapping[str, Any] | None = None,
+    wanted: Sequence[tuple[str, str]] = (),
 ) -> Answer:
     """Calibrate a body from what was seen, touched and felt of it.
 
@@ -66,6 +67,8 @@ def calibrate(
         parts: parts of the body that are not known, and which of their numbers; None for all.
         described: the robot without the frames that were attached to it; the body when None.
         run: what was asked, to be kept with the answer.
+        wanted: frames (seen from, seen) in which the robot is to be right; a correction that suits
+            what was seen but does not tell these is refused. What was seen when empty.
 
     Raises:
         InputError: the recording cannot answer the question; see `problem.check_problem`. Or the
@@ -74,8 +77,8 @@ def calibrate(
     if senses:
         body = with_recorded_limits(body, np.concatenate([sense.q for sense in senses]))
     free = {name: None if some is None else tuple(some) for name, some in (parts or {}).items()}
-    wrong = tuple(joints or moved_joints(body, senses))
-    problem = Problem(body, tuple(senses), frames or {}, wrong, parts=free)
+    wrong = tuple(joints or moved_joints(body, senses, wanted))
+    problem = Problem(body, tuple(senses), frames or {}, wrong, parts=free, wanted=tuple(wanted))
     check_problem(problem, groups if groups is not None else (), folds)
     affordable = _affordable(problem, models_of(learner), folds)
     models = affordable if groups is None else ((), tuple(groups))

@@ -228,6 +228,7 @@ def _calibration(
         learner=learner,
         parts=loaded.parts,
         described=loaded.nominal,
+        wanted=[(one.seen_from or loaded.body.frames[0], one.seen) for one in run.wanted],
         run=asked,
     )
 

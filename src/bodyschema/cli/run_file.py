@@ -64,7 +64,13 @@ from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
 from bodyschema.cli.reading.part_entry import PartEntry
 from bodyschema.cli.reading.picture_sections import PictureSections
 from bodyschema.cli.reading.robot import argument_words
-from bodyschema.cli.reading.run_entries import JOINS, FrameEntry, FreeEntry, HandEyeEntry
+from bodyschema.cli.reading.run_entries import (
+    JOINS,
+    FrameEntry,
+    FreeEntry,
+    HandEyeEntry,
+    WantedEntry,
+)
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.wrist_sections import WristSections
 from bodyschema.cli.verb_sections import check_verb, take_sections
@@ -88,6 +94,8 @@ class RunFile:
     senses: tuple[SenseEntry, ...]
     parts: dict[str, PartEntry] = field(default_factory=dict)
     free: FreeEntry = field(default_factory=FreeEntry)
+    wanted: tuple[WantedEntry, ...] = ()
+    """What the answer is to speak of; what was seen when empty."""
     join: str = "rows"
     """"time" where files of `recording` are streams of their own, see `streams`."""
     append: tuple[str, ...] = ()
@@ -194,6 +202,10 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
             name: _part(entry, f"[parts.{name}] of {where}")
             for name, entry in table.get("parts", {}).items()
         },
+        "wanted": tuple(
+            entry_of(WantedEntry, entry, f"[[wanted]] {number} of {where}")
+            for number, entry in enumerate(table.get("wanted", []), start=1)
+        ),
         "hand_eye": _hand_eye(table.get("hand_eye"), f"[hand_eye] of {where}"),
         "free": entry_of(FreeEntry, table.get("free", {}), f"[free] of {where}"),
         "packages": {k: str(here / v) for k, v in table.get("packages", {}).items()},

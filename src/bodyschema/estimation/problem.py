@@ -52,6 +52,8 @@ class Problem:
 
     parts: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     """Parts of the body that are free in every model, and which of their numbers; None for all."""
+    wanted: tuple[tuple[str, str], ...] = ()
+    """Frames (seen from, seen) in which the robot is to be right; what was seen when empty."""
     zeros: Mapping[str, float] = field(default_factory=dict)
     """rad, where the offsets of these joints begin, found by a search. Their prior is that wide."""
 
@@ -127,10 +129,16 @@ class Problem:
         return frozenset(name for shown in ends for name in shown)
 
 
-def moved_joints(body: Body, senses: Senses) -> tuple[str, ...]:
-    """Joints that lie between the ends of some sense."""
+def moved_joints(
+    body: Body, senses: Senses, wanted: Sequence[tuple[str, str]] = ()
+) -> tuple[str, ...]:
+    """Joints that lie between the ends of some sense, or between frames that are wanted right.
+
+    Raises:
+        InputError: the body has no such frame.
+    """
     between = set()
-    for a, b in (pair for sense in senses for pair in sense.pairs):
+    for a, b in (*(pair for sense in senses for pair in sense.pairs), *wanted):
         path, _ = path_between(body, a, b)
         between |= {int(body.driver[k]) for k in path if body.driver[k] >= 0}
     return tuple(body.joints[j] for j in sorted(between))

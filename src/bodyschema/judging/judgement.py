@@ -70,7 +70,6 @@ def judged(
     seed: int,
     progress: Callable[[str], None],
     again: Callable[[Estimate, Sequence[Sense]], Estimate] | None = None,
-    wanted: Sequence[tuple[str, str]] = (),
 ) -> Calibration:
     """Test the models on held-out samples and answer with the chosen one, or with the last.
 
@@ -83,7 +82,6 @@ def judged(
         seed: of the folds.
         progress: told what is being done.
         again: fits a part of the samples, given the fit to all; anew with `fitted` when None.
-        wanted: frames (seen from, seen) that the robot is to be right in; what was seen when empty.
     """
     begin = time.perf_counter()
     body, senses, loss = problem.body, problem.senses, problem.learner.loss
@@ -119,7 +117,7 @@ def judged(
         whole = problem.fit(problem.variables(WHOLE), senses)
     trial = _Trial(senses, good, fits[chosen], fits[models[-1]], whole, modelled, tests[chosen])
     progress("residual fields, and what disagrees")
-    found = _answered(trial, problem, chosen, sure, candidates, seed, wanted)
+    found = _answered(trial, problem, chosen, sure, candidates, seed)
     return replace(found, seconds=time.perf_counter() - begin)
 
 
@@ -146,7 +144,6 @@ def _answered(
     sure: bool,
     candidates: tuple[Candidate, ...],
     seed: int,
-    wanted: Sequence[tuple[str, str]],
 ) -> Calibration:
     """The chosen model with its errors, its verdict, and how far it may be trusted."""
     senses, good, fit, final = trial.senses, trial.good, trial.fit, trial.final
@@ -162,6 +159,7 @@ def _answered(
         for sense, mask in zip(senses, good, strict=True)
     }
     larger = trial.whole if trial.whole.converged else trial.fullest
+    wanted = problem.wanted
     pairs = wanted or wanted_pairs(fit, senses)
     weighing = weighed_up(fit, larger, senses, fields, pairs, seed)
     if wanted and verdict == "calibrated" and (why := unhelped(fit, weighing, senses, wanted)):

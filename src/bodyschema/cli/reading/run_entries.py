@@ -44,6 +44,15 @@ class FreeEntry:
 
 
 @dataclass(frozen=True)
+class WantedEntry:
+    """A frame of the robot that is to be right, whatever it is that was seen."""
+
+    seen: str
+    seen_from: str = ""
+    """The root of the robot when empty."""
+
+
+@dataclass(frozen=True)
 class HandEyeEntry:
     """What `hand-eye` reads besides two senses of poses: the robot's, then the eye's."""
 
