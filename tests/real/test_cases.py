@@ -200,6 +200,23 @@ def test_joints_and_poses_of_their_own_clocks(
     assert float(lag) == pytest.approx(-0.35, abs=0.002)
 
 
+def test_bags_and_lerobot(shared_cases: Folder, calibrate: Verb) -> None:
+    """The bag has the joints alone, the data set no rows: both end in a sentence on what to do."""
+    case = shared_cases("V_bag_mcap_lerobot")
+    code, _, said = calibrate(case / "run.toml")
+    assert code == 2
+    assert "pip install 'bodyschema[bags]'" in said or "no column 'x' in 'rec.mcap" in said
+    code, _, said = calibrate(case / "run_lerobot.toml")
+    assert code == 2
+    assert "without a Parquet file under data; was it downloaded whole" in said
+
+
+def test_photographs_of_a_board(shared_cases: Folder, calibrate: Verb) -> None:
+    code, _, said = calibrate(shared_cases("U_board_images") / "run.toml")
+    assert code == 2
+    assert "docs/board_photographs.md" in said
+
+
 # ---- robot descriptions ----------------------------------------------------------------------
 
 

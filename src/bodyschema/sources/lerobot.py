@@ -28,6 +28,11 @@ Array = NDArray[np.float64]
 INFO = Path("meta/info.json")
 STATE = "observation.state"
 
+PICTURES = (
+    "; a video per camera is needed. Where its pictures are single files, make a video of those of "
+    "one camera (ffmpeg), and give that with a table of the joints as --encoders"
+)
+
 
 @dataclass(frozen=True)
 class Episode:
@@ -67,7 +72,7 @@ def open_episode(folder: Path, episode: int = 0, camera: str | None = None) -> E
         InputError: no such data set, version, episode or camera; a file is missing or broken.
         MissingExtraError: pyarrow is not installed.
     """
-    info = _read_info(folder)
+    info = read_info(folder)
     count = int(info.get("total_episodes", episode + 1))
     if not 0 <= episode < count:
         raise InputError(f"no episode {episode} in '{folder}'; there are 0 to {count - 1}.")
@@ -77,13 +82,24 @@ def open_episode(folder: Path, episode: int = 0, camera: str | None = None) -> E
         raise InputError(f"'{folder}' has no feature '{STATE}'{did_you_mean(STATE, features)}")
     files = _files(folder, info, episode, key)
     time, states = _read_states(files.states, episode)
-    joints = _names(features[STATE].get("names"), states.shape[1])
+    joints = state_names(features[STATE].get("names"), states.shape[1])
     columns = {"timestamp": time, **dict(zip(joints, states.T, strict=True))}
     recording = Recording(f"episode {episode} of '{folder.name}'", columns, {})
-    return Episode(recording, joints, _there(files.video), files.begin)
+    return Episode(recording, joints, there(files.video), files.begin)
 
 
-def _read_info(folder: Path) -> dict[str, Any]:
+def read_info(
+    folder: Path, needed: Sequence[str] = ("features", "data_path", "video_path")
+) -> dict[str, Any]:
+    """What the data set states of itself.
+
+    Args:
+        folder: that holds `meta/info.json`.
+        needed: keys that it must state.
+
+    Raises:
+        InputError: no data set, another version, or a key is missing.
+    """
     path = folder / INFO
     try:
         info = json.loads(path.read_text(encoding="utf-8"))
@@ -96,9 +112,10 @@ def _read_info(folder: Path) -> dict[str, Any]:
         raise InputError(
             f"'{folder}' is a LeRobot data set of version {version}; versions 2 and 3 can be read."
         )
-    absent = [name for name in ("features", "data_path", "video_path") if not info.get(name)]
+    absent = [name for name in needed if not info.get(name)]
     if absent:
-        raise InputError(f"'{path}' does not state '{absent[0]}'; a video per camera is needed.")
+        way = PICTURES if absent[0] == "video_path" else ""
+        raise InputError(f"'{path}' does not state '{absent[0]}'{way}.")
     return dict(info)
 
 
@@ -170,7 +187,7 @@ def _read(path: Path, names: Sequence[str], episode: int) -> dict[str, list[Any]
     except ImportError:
         raise MissingExtraError("pyarrow", "data", "reading LeRobot data sets") from None
     try:
-        with pq.ParquetFile(_there(path)) as file:
+        with pq.ParquetFile(there(path)) as file:
             known = file.schema_arrow.names
             absent = [name for name in ("episode_index", *names) if name not in known]
             if absent:
@@ -184,7 +201,7 @@ def _read(path: Path, names: Sequence[str], episode: int) -> dict[str, list[Any]
     return {name: taken.column(name).to_pylist() for name in names}
 
 
-def _there(path: Path) -> Path:
+def there(path: Path) -> Path:
     """The path, if a file is there that holds more than a reference to what Git LFS stores."""
     if not path.is_file():
         raise InputError(f"no file at '{path}', which the data set names; was it downloaded whole?")
@@ -194,7 +211,7 @@ def _there(path: Path) -> Path:
     return path
 
 
-def _names(stated: Any, count: int) -> tuple[str, ...]:
+def state_names(stated: Any, count: int) -> tuple[str, ...]:
     """Names of the states; data sets state them flat, nested in a list or under one key."""
     while isinstance(stated, Mapping) and len(stated) == 1:
         stated = next(iter(stated.values()))

@@ -11,6 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.atomic import new_file
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.sources.bags import is_bag, read_bag
+from bodyschema.sources.conversions import conversion
+from bodyschema.sources.lerobot import is_lerobot
+from bodyschema.sources.lerobot_table import read_lerobot_table
 from bodyschema.sources.recording import Recording, beside
 
 Array = NDArray[np.float64]
@@ -23,7 +27,8 @@ def open_recording(path: str | Path | Sequence[str | Path]) -> Recording:
     """Read a recording, or several files whose rows belong together.
 
     Args:
-        path: a .csv or .parquet file, or a sequence of them.
+        path: a .csv or .parquet file, the folder of a LeRobot data set, a topic of a ROS bag or
+            MCAP file (see `bags`), or a sequence of them.
 
     Raises:
         InputError: a file is missing, broken, or of another kind.
@@ -37,6 +42,13 @@ def open_recording(path: str | Path | Sequence[str | Path]) -> Recording:
 
 
 def _open_one(path: Path) -> Recording:
+    if is_lerobot(path):
+        return read_lerobot_table(path)
+    if is_bag(path):
+        return read_bag(path)
+    way = conversion(path)
+    if way:
+        raise InputError(f"'{path}' is no table of columns: {way}")
     if not path.is_file():
         raise InputError(f"no recording at '{path}'; give the path of a CSV or Parquet file.")
     if path.suffix == ".csv":

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from bodyschema import Body, InputError
 from bodyschema.cli import run as main
 from bodyschema.cli.loading import load, read_senses
-from bodyschema.cli.run_file import read_run_file
+from bodyschema.cli.reading import streams
+from bodyschema.cli.run_file import read_run_file, run_from_table
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model.kinematics import relative_pose
+from bodyschema.sources.recording import Recording
 from bodyschema.sources.tables import write_table
 
 Array = NDArray[np.float64]
@@ -138,3 +140,24 @@ def test_streams_of_different_times(record: Any, tmp_path: Path) -> None:
     (tmp_path / "seen.csv").write_text(text.replace("time", "stamp"))
     with pytest.raises(InputError, match=r"'seen.csv' has no column time"):
         load(read_run_file(path))
+
+
+def test_topics_of_a_bag_are_streams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Joints and poses of one file; what is opened is stood in for, so that no bag is needed."""
+    bag, body = str(tmp_path / "rec.mcap"), Body.random_chain(2, np.random.default_rng(1))
+    time = np.arange(8.0)
+    tables = {
+        f"{bag}#/joints": {"time": time, "joint_1": time, "joint_2": -time},
+        f"{bag}#/eye/pose": {"time": time + 0.5, "x": time, "y": time, "z": time},
+    }
+    opened = {name: Recording(name, columns, {}) for name, columns in tables.items()}
+    monkeypatch.setattr(streams, "topics_of", lambda name: tuple(tables))
+    monkeypatch.setattr(streams, "open_recording", lambda names: opened[names[0]])
+    table = {"robot": "a.urdf", "recording": bag, "join": "time"}
+    sense = {"kind": "points", "seen_from": "base", "seen": "tip", "columns": ["x", "y", "z"]}
+    run = run_from_table({**table, "senses": [sense]}, tmp_path, "run.toml")
+    found = streams.Streams.open(run, body)
+    assert found.run.senses[0].recording == (f"{bag}#/eye/pose",)
+    assert found.clocks == ("clock_of_pose",)
+    assert found.stamps_of("clock_of_pose").tolist() == (time + 0.5).tolist()
+    assert found.joints.q[:, 1].tolist() == (-time).tolist()

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from bodyschema.cli.reading.joints import column_of, read_joints
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.tree import Body
+from bodyschema.sources.bags import is_bag, topics_of
 from bodyschema.sources.joint_stream import JointStream
 from bodyschema.sources.recording import TIME_COLUMNS, Recording
 from bodyschema.sources.tables import open_recording
@@ -49,7 +50,10 @@ class Streams:
             InputError: no file or several have the joints, or the columns of a sense.
         """
         singles: dict[Files, Recording]
-        singles = {(name,): open_recording([name]) for name in run.recording}
+        names = [
+            one for name in run.recording for one in (topics_of(name) if is_bag(name) else [name])
+        ]
+        singles = {(name,): open_recording([name]) for name in names}
         named = [column_of(joint, run.joints) for joint in body.joints]
         holding = [files for files, table in singles.items() if {*named} & {*table.columns}]
         if len(holding) != 1:
@@ -113,7 +117,7 @@ def _placed(entry: SenseEntry, singles: Mapping[Files, Recording], joints: Files
             f"{did_you_mean(lost, _columns(singles))}"
         )
     files = fitting[0]
-    stem = re.sub(r"\W+", "_", Path(files[0]).stem)
+    stem = re.sub(r"\W+", "_", Path(files[0]).stem).strip("_")
     clock = entry.clock or ("" if files == joints else f"clock_of_{stem}")
     return replace(entry, recording=files, clock=clock)
 
