@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 ANGLES, SWEEPS = 16, 5
 """Of each joint round the circle, and the most turns through all joints."""
 
-FINER = (8, 4, 2)
+FINER = (2, 4, 8, 16, 32)
 """Shares of that step in the sweeps after it, forth and back."""
 
 GAIN = 0.02

@@ -34,6 +34,9 @@ AXES = 0.35
 SCALED, LEAST_GEAR = 0.03, 0.01
 """Relative deviations of a scale and of a gear from 1 that are worth a name."""
 
+REVERSED = 0.2
+"""A factor of a joint that is so near to -1 is a sign: zeros that are off spoil it by so much."""
+
 FINER = (0.1, 0.02, 0.004)
 """Steps of a gear, relative, in the search for the best one."""
 
@@ -128,7 +131,7 @@ class Trials:
         """The joint whose gear explains most, with the factor that explains most."""
         geared = [trial for trial in trials if trial.declaration.joint >= 0]
         best = self._factor(min(geared, key=lambda trial: trial.score).declaration)
-        if min(abs(best.factor - 1), abs(best.factor + 1)) > LEAST_GEAR:
+        if abs(best.factor - 1) > LEAST_GEAR and abs(best.factor + 1) > REVERSED:
             yield best
 
     def finer(self, declaration: Declaration) -> Declaration | None:
@@ -138,7 +141,8 @@ class Trials:
             s = float(self._fitted(chain, [replace(declaration, scaled=True)]).scale[0])
             recorded, whose = self._recorded(chain)
             return others.resized(s * declaration.size, recorded, chain.label, whose)
-        if declaration.joint >= 0:
+        # A joint that counts the other way round has no number.
+        if declaration.joint >= 0 and abs(declaration.factor + 1) > REVERSED:
             return self._factor(declaration)
         return None
 

@@ -40,16 +40,17 @@ def test_rows_that_do_not_belong_together_contradict_it_without_a_name() -> None
 
 
 def test_zeros_far_off_are_found_and_told() -> None:
-    rng = np.random.default_rng(2)
+    """A fit that begins at the description ends 380 mm off."""
+    rng = np.random.default_rng(0)
     body = seen_arm(6, rng)
-    truth = replace(body, offset=np.deg2rad([0, 90, 0, -45, 0, 0]))
-    seen = poses(truth, postures(40, body, rng), rng)
+    truth = replace(body, offset=np.deg2rad([0, 90, -45, 90, 45, 0]))
+    seen = points(truth, postures(40, body, rng), rng)
     answer = calibrate(body, [seen], UNKNOWN, groups=["offsets"])
     assert answer.verdict == "calibrated"
     assert answer.held_out.position.rms < 4e-3
     [told] = [finding for finding in answer.findings if "far from the description" in finding]
     assert "joint_2 +9" in told or "joint_2 +8" in told
-    assert "joint_4 -4" in told
+    assert "joint_3 -4" in told
 
 
 def test_a_scale_that_zeros_hide_is_found_by_fits() -> None:

@@ -37,13 +37,25 @@ def fitted(body: Body, sense: Sense) -> tuple[float, Body]:
 def test_zeros_off_by_quarter_and_eighth_turns_are_fitted(kind: type) -> None:
     rng = np.random.default_rng(0)
     body = seen_arm(6, rng)
-    truth = turned(body, [0, 90, -45, 0, 90, 0])
-    sense = kind(truth, postures(30, body, rng), rng)
+    truth = turned(body, [0, 90, -45, 90, 45, 0])
+    sense = kind(truth, postures(40, body, rng), rng)
     left, found = fitted(body, sense)
     assert left < 2.5e-3
     q = postures(50, body, rng)
     shown, true = (relative_pose(b, q, "tracker", "tool")[:, :3, 3] for b in (found, truth))
     assert np.linalg.norm(shown - true, axis=1).max() < 0.02
+
+
+def test_a_zero_of_half_a_turn_may_end_a_little_beyond() -> None:
+    rng = np.random.default_rng(6)
+    body = seen_arm(5, rng)
+    sense = poses(turned(body, [0, 0, 190, 0, 0]), postures(30, body, rng), rng)
+    zeros = {body.joints[2]: 3.0}
+    problem = Problem(body, (sense,), dict(UNKNOWN), body.joints, zeros=zeros)  # type: ignore[arg-type]
+    found = problem.fit(problem.variables(("offsets",)), problem.senses)
+    assert np.rad2deg(found.x[2]) == pytest.approx(190, abs=0.5)
+    frames = problem.fit(problem.variables(()), problem.senses)
+    assert (frames.body.offset == body.offset).all()
 
 
 @pytest.mark.parametrize("kind", [points, poses])

@@ -14,11 +14,13 @@ from bodyschema.model.free_hand import free_hand, hand_readings
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.seeds.frame_fits import FrameFits
+from bodyschema.seeds.open_chain import OpenChain
 from bodyschema.senses.points import Points
 from bodyschema.senses.poses import Poses
 from bodyschema.senses.sense import Sense
-from bodyschema.trust.declarations import Recorded
-from bodyschema.trust.neighbours import Neighbour, neighbourhood, neighbours
+from bodyschema.trust.declarations import Recorded, geared
+from bodyschema.trust.neighbours import EXPLAINS, Neighbour, neighbourhood, neighbours
+from bodyschema.trust.trials import Trials
 from simulated import points, poses, postures, random_pose, random_poses, seen_arm
 
 Array = NDArray[np.float64]
@@ -198,6 +200,30 @@ def test_zeros_a_quarter_turn_off_are_no_declaration() -> None:
     sense = poses(truth, postures(40, body, rng), rng)
     found = neighbourhood(body, [sense])
     assert found.share > 0.3
+    assert not found.neighbours
+
+
+def test_a_zero_that_looks_like_a_gear_is_no_gear() -> None:
+    """Where a joint reads 0.8 to 1.2 rad, a zero of 0.25 rad is much like a quarter of it more."""
+    rng = np.random.default_rng(1)
+    body = seen_arm(6, rng)
+    truth = replace(body, offset=np.array([0, 0, 0.25, 0, 0, 0]))
+    q = postures(40, body, rng)
+    q[:, 2] = rng.uniform(0.8, 1.2, 40)
+    sense = poses(truth, q, rng)
+    [gear] = Trials(body, OpenChain.all_of(body, [sense])).of([geared(body, 2, 1.25)])
+    found = neighbourhood(body, [sense])
+    assert found.share > 2 * gear.share
+    assert gear.share < EXPLAINS
+    assert not found.neighbours
+
+
+def test_what_explains_hardly_anything_is_not_named() -> None:
+    """In mm, and mostly noise: with the right unit a third of the spread would still be left."""
+    body, sense = recorded("points")
+    shift = 0.1 * np.random.default_rng(2).normal(size=(40, 3))
+    found = neighbourhood(body, [moved(sense, lambda p: 1e3 * (p + shift))])
+    assert found.share > 0.6
     assert not found.neighbours
 
 
