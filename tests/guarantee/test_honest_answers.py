@@ -11,6 +11,8 @@ from bodyschema.answers.calibrate import calibrate
 from bodyschema.estimation.discrepancy import learn_discrepancy
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.senses.points import Points
+from bodyschema.trust import weighing
+from bodyschema.trust.rival import Weighed
 from bodyschema.trust.weighing import weighed_up
 from faulty import PAIR, autoregressive, bumped, recorded, sagging, slipped
 from simulated import seen_arm
@@ -101,3 +103,91 @@ def test_a_joint_that_gives_way_is_no_fault_of_the_clocks():
     seen = Points.make(q, place, *PAIR, 1e-3)
     answer = calibrate(arm, [seen], {"tracker": "no", "tool": "no"}, folds=3)
     assert answer.clock.instead == "'joint_1' gives way under its load"
+
+
+def test_few_rows_of_a_robot_that_is_off_in_all_its_numbers():
+    # No model that twelve rows can afford holds the truth; the largest that there is, does.
+    ratio = []
+    for seed in range(6):
+        case = recorded(seed, n=12)
+        problem = case.problem
+        answer = calibrate(problem.body, problem.senses, problem.frames, folds=3)
+        error = replace(case, fit=answer.fit).error
+        ratio.append(answer.stated_95 / error)
+    assert min(ratio) > 0.5
+    assert np.median(ratio) < 2.0
+
+
+@pytest.fixture
+def no_causes(monkeypatch):
+    """Nobody knows what might be wrong."""
+    monkeypatch.setattr(weighing, "families", lambda effects: iter(()))
+
+
+def test_halves_that_disagree_widen_the_number(no_causes):
+    case = recorded(0, moved=bumped(np.array([0.0, 0.008, 0.005])))
+    found = weighed(case)
+    assert found.total > max(1.41 * found.core, case.error / 2)
+    assert any("the first half of the recording" in reason for reason in found.trust.reasons)
+
+
+def wavy(q):
+    return q + 0.006 * np.sin(2 * q + [0, 1, 2, 3, 4])
+
+
+def test_what_follows_the_posture_widens_the_number(no_causes):
+    found = weighed(recorded(1, n=150, turned=wavy, noise=1e-4))
+    assert found.total > 1.41 * found.core
+    assert any("follow the posture smoothly" in reason for reason in found.trust.reasons)
+
+
+def test_what_exceeds_stated_noise_widens_the_number(no_causes):
+    def stated(noise):
+        # Too few postures for a field, and noise that is known.
+        case = recorded(2, n=40, turned=wavy if noise < 1e-3 else None, noise=noise)
+        (sense,) = case.problem.senses
+        known = replace(sense, covariance=noise**2 * np.eye(3), stated=True)
+        problem = replace(case.problem, senses=(known,))
+        fit = problem.fit(problem.variables(("offsets",)), problem.senses)
+        return weighed_up(fit, fit, problem.senses, {}, [PAIR])
+
+    over, within = stated(2e-4), stated(3e-3)
+    assert any("exceed the noise that was stated" in reason for reason in over.trust.reasons)
+    assert over.total > 1.41 * over.core
+    assert within.trust.level == "good"
+
+
+def test_bad_rows_of_one_cause_are_said():
+    def moved(p):
+        return p + np.where(np.arange(len(p)) % 4 == 0, 1, 0)[:, None] * [0.03, 0.02, 0.0]
+
+    found = weighed(recorded(3, n=80, moved=moved))
+    assert any("all err the same way" in reason for reason in found.trust.reasons)
+
+
+def test_two_robots_in_one_recording_are_said():
+    def moved(p):
+        side = np.where(np.random.default_rng(0).random(len(p)) < 0.5, 1, -1)
+        return p + side[:, None] * [0.004, 0.003, 0.0]
+
+    found = weighed(recorded(4, n=120, moved=moved, noise=2e-4))
+    assert any("two heaps" in reason for reason in found.trust.reasons)
+
+
+def cause(family, share, criterion, bias):
+    return Weighed(family, f"the {family}", np.ones(1), share, 0.0, criterion, bias, np.zeros(1))
+
+
+def test_what_a_cause_must_be_to_contradict():
+    def level(*causes):
+        return weighing._of_rivals(causes, 1e-3, 5e-3)
+
+    sure = level(cause("lag", 0.8, 200.0, 5e-3), cause("gear", 0.4, 60.0, 2e-3))
+    assert (sure.level, "Perhaps" in sure.reasons[0]) == ("contradicted", False)
+    rivalled = level(cause("lag", 0.8, 200.0, 5e-3), cause("gear", 0.78, 196.0, 2e-3))
+    assert (rivalled.level, "Perhaps" in rivalled.reasons[0]) == ("limited", True)
+    little = level(cause("lag", 0.1, 20.0, 5e-3))
+    assert (little.level, "Perhaps" in little.reasons[0]) == ("limited", True)
+    # A robot has to live with its bending; nobody can mend it before the next recording.
+    assert level(cause("sag", 0.8, 200.0, 5e-3)).level == "limited"
+    assert level(cause("lag", 0.4, 50.0, 0.5e-3)).level == "good"
