@@ -8,9 +8,9 @@ The hand is a body that moves freely (`model.free_hand`), its poses are the join
 the eye saw is a sense of poses: so the answer holds the belief of `solve_hand_eye` in the form of
 every other answer, and `check` and `plan` take it.
 
-Poses that do not agree are tried as they would be if they had been recorded otherwise (inverted,
-quaternions in the other order, mm for m); if one of these fits, the answer is "not known" and names
-it.
+Poses that fit far better as they would be if they had been recorded otherwise (inverted,
+quaternions in the other order, mm for m) make the answer "not known", and it names the way. What
+else the pairs hold against the answer is its `trust`, and widens `predicted_95` of the eye's place.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ from bodyschema.estimation.loss import Loss
 from bodyschema.estimation.prediction import degrees_of_freedom, predict_error
 from bodyschema.judging.accuracy import Accuracy, in_words
 from bodyschema.judging.calibration import Calibration
-from bodyschema.judging.pose_declarations import PLAUSIBLE, Whose, agrees, reason
+from bodyschema.judging.pose_declarations import Whose, declared_rightly
+from bodyschema.judging.pose_trust import weighed_pairs
 from bodyschema.learners.hand_eye.free_estimate import LAG, Names, ends, hand_eye_estimate
 from bodyschema.learners.hand_eye.full_poses import FEWEST_PAIRS, HandEye, Mount, solve_hand_eye
 from bodyschema.learners.hand_eye.pose_streams import JoinedStreams, join_streams
@@ -43,6 +44,7 @@ from bodyschema.model.free_hand import free_hand, hand_readings
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.senses.poses import Poses
+from bodyschema.trust.trust import Trust
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -96,8 +98,10 @@ def learn_hand_eye(
     if times is None:
         found = solve_hand_eye(A, T, eye_on, free_scale, accepted_std, seed)
     else:
-        joined = join_streams(times[0], A, times[1], T, eye_on, bool(free_scale))
-        found = replace(joined.hand_eye, accepted_std=accepted_std)
+        joined = join_streams(
+            times[0], A, times[1], T, eye_on, free_scale, accepted_std=accepted_std, seed=seed
+        )
+        found = joined.hand_eye
         A, T, numbers = joined.T_base_hand, T[joined.rows], numbers[joined.rows]
     q = hand_readings(A)
     described = free_hand(named.base, named.hand, q)
@@ -106,22 +110,55 @@ def learn_hand_eye(
     pose = T.copy()
     pose[:, :3, 3] /= found.scale
     sense = Poses.make(q, pose, named.eye, named.target, rows=numbers)
-    doubt = None if agrees(PLAUSIBLE, found, A) else reason(A, T, found, seed, layouts or {})
-    calibration = _calibration(found, sense, described, named, joined, doubt, seed)
-    timed = replace(calibration, seconds=time.perf_counter() - begin)
+    estimate = hand_eye_estimate(found, sense, described, named)
+    given = Poses.make(q, T, named.eye, named.target, rows=numbers)
+    wrong = declared_rightly(found, A, estimate.body, given, layouts or {})
+    trust, total = _weighed(found, estimate, sense, joined, seed)
+    calibration = _calibration(found, estimate, sense, described, named, joined, wrong, seed)
+    known = replace(calibration, predicted_95=total).believed(wrong.also(trust))
+    timed = replace(known, seconds=time.perf_counter() - begin)
     return Answer.of(timed, (sense,), described, run, verb="hand-eye")
+
+
+def _weighed(
+    found: HandEye, estimate: Estimate, sense: Poses, joined: JoinedStreams | None, seed: int
+) -> tuple[Trust, float]:
+    """How far the answer may be believed beside its declaration, and 95 % of the eye's error, m."""
+    trust, total = Trust(), found.predicted_95
+    if not found.determined:
+        trust = Trust("limited", (f"{found.verdict[0].upper()}{found.verdict[1:]}",))
+    if found.problem is not None:
+        weighing = weighed_pairs(found, found.problem, estimate, sense, joined is not None, seed)
+        trust, total = trust.also(weighing.trust), weighing.total
+    return (trust if joined is None else trust.also(_of_lag(joined))), total
+
+
+def _of_lag(joined: JoinedStreams) -> Trust:
+    said = []
+    if joined.other_lags:
+        others = ", ".join(f"{1e3 * lag:+.0f} ms" for lag in joined.other_lags)
+        said.append(
+            f"The motion repeats itself: lags of {others} explain the streams as well as "
+            f"{1e3 * joined.lag:+.0f} ms; record motion that does not, or start both together."
+        )
+    if joined.at_edge:
+        said.append(
+            f"The lag of {joined.lag:+.2f} s lies where the search ended: the right one may lie "
+            "beyond; start both recordings together."
+        )
+    return Trust("limited", tuple(said)) if said else Trust()
 
 
 def _calibration(
     found: HandEye,
+    estimate: Estimate,
     sense: Poses,
     described: Body,
     names: Names,
     joined: JoinedStreams | None,
-    doubt: str | None,
+    wrong: Trust,
     seed: int,
 ) -> Calibration:
-    estimate = hand_eye_estimate(found, sense, described, names)
     good = found.weights >= BAD
     before, after, residuals = _held_out(found, sense, described, names, good, seed)
     lag = {} if joined is None else {"lag_s": joined.lag, "lag_std_s": joined.lag_std}
@@ -131,10 +168,11 @@ def _calibration(
         "determined": found.determined,
         "largest_std_mm": 1e3 * found.largest_std,
         "uncertain_axis": found.uncertain_axis.tolist(),
+        "postures": found.postures,
         **lag,
         "frames": _frames(found, names),
     }
-    verdict = "found" if found.determined and not doubt else "not known"
+    verdict = "found" if found.determined and not wrong.reasons else "not known"
     said = f"{found.verdict[0].upper()}{found.verdict[1:]}"
     residuals = residuals or (sense.residual(estimate.body),)
     told = f" The held-out error is {_sizes(after)}." if after.errors else ""
@@ -145,7 +183,7 @@ def _calibration(
     )
     return Calibration(
         verdict=verdict,
-        explanation=doubt or said + told,
+        explanation=wrong.reasons[0] if wrong.reasons else said + told,
         fit=estimate,
         nominal=before,
         held_out=after,

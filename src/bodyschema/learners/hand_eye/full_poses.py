@@ -20,7 +20,7 @@ is not to be trusted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -87,6 +87,8 @@ class HandEye:
     """Standard deviations over those of independent noise: root of kappa in `pair_bars`."""
     inverted: bool = False
     """Whether the noise is that of the inverse of B; see `pose_pairs`."""
+    problem: Linear | None = field(default=None, repr=False, compare=False)
+    """The rows of the fit."""
 
     @property
     def determined(self) -> bool:
@@ -148,8 +150,8 @@ def solve_hand_eye(
     A, T = A[first], T[first]
     B = lie.inverse(T) if eye_on == "hand" else T
     fit, u = _by_worth(A, B, pair_starts(A, B, seed), free_scale)
-    found = answered(fit, A, B, eye_on, accepted_std, worth=u)[0]
-    return replace(found, weights=found.weights[copy])
+    found, problem = answered(fit, A, B, eye_on, accepted_std, worth=u)
+    return replace(found, weights=found.weights[copy], problem=replace(problem, row=first))
 
 
 def check_turning(A: Array) -> None:
@@ -297,5 +299,6 @@ def answered(
         int(problem.posture.max()) + 1,
         float(np.sqrt(wide)),
         fit.inverted,
+        problem,
     )
     return answer, problem

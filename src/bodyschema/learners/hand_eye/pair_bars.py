@@ -56,8 +56,25 @@ class Linear:
     """(p, p) information of the prior."""
     posture: Ints
     """(n,) number of the posture of each pair, from 0."""
-    place: Array
-    """(n, 6) of the hand: position, m, and rotation vector times an arm's length."""
+    A: Array
+    """(n, 4, 4) poses of the hand."""
+    row: Ints
+    """(n,) place of each pair in the lists that were given; copies are left out."""
+    weights: Array
+    """(n,) of each pair: probability to be good times what it is worth."""
+    noise: Array
+    """(6, 6) S."""
+
+    @property
+    def place(self) -> Array:
+        """(n, 6) of the hand: position, m, and rotation vector times an arm's length."""
+        turn = lie.log_so3(self.A[0, :3, :3].T @ self.A[:, :3, :3])
+        return np.hstack([self.A[:, :3, 3], ARM * turn])
+
+    def whitened(self, effect: Array) -> Array:
+        """An effect on the residuals, (n, 6, k), as the rows of J are."""
+        L = np.linalg.cholesky(self.noise)
+        return np.asarray(np.linalg.solve(L, effect) * np.sqrt(self.weights)[:, None, None])
 
     @property
     def covariance(self) -> Array:
@@ -80,11 +97,11 @@ def linear(
     """Pairs in the order of their rows, round their fit; arguments as in `pose_pairs`."""
     r, P = residual(A, B, fit)
     L = np.linalg.cholesky(fit.noise)
-    root = np.sqrt(fit.weights * (1.0 if worth is None else worth))[:, None]
+    weights = fit.weights * (1.0 if worth is None else worth)
+    root = np.sqrt(weights)[:, None]
     z = np.linalg.solve(L, r.T).T * root
     J = np.linalg.solve(L, jacobian(P, fit, free_scale, twists)) * root[..., None]
-    place = np.hstack([A[:, :3, 3], ARM * lie.log_so3(A[0, :3, :3].T @ A[:, :3, :3])])
-    return Linear(z, J, prior, postures(A), place)
+    return Linear(z, J, prior, postures(A), A, np.arange(len(A)), weights, fit.noise)
 
 
 def postures(A: Array, same: float = SAME) -> Ints:
