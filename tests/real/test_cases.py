@@ -138,6 +138,9 @@ def test_eye_on_the_base(shared_cases: Folder) -> None:
 
 
 def test_percent_of_the_limits(shared_cases: Folder, calibrate: Verb, tmp_path: Path) -> None:
+    code, _, said = calibrate(shared_cases("R_motor_units") / "run.toml")
+    assert code == 2
+    assert '"percent" if its numbers are -100 to 100 of the limits' in said
     code, answer, _ = calibrate(shared_cases("R_motor_units") / "run_pct.toml")
     assert code == 0
     assert_right(answer)

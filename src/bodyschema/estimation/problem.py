@@ -186,7 +186,9 @@ def _check_radians(body: Body, used: Sequence[int], q: Array) -> None:
         beyond = max(low - q[:, column].min(), q[:, column].max() - high)
         if abs(extreme) > TURNS_PLAUSIBLE * 2 * np.pi or beyond > TURNS_PLAUSIBLE:
             limits = f"its limits are {low:.2f} to {high:.2f} rad" if low > -np.inf else "no turn"
+            share = low > -np.inf and np.abs(q).max() <= 100
+            percent = ', or "percent" if its numbers are -100 to 100 of the limits' if share else ""
             raise InputError(
                 f"joint '{body.joints[joint]}' reads {extreme:.1f} rad where {limits}; if the "
-                'recording is in degrees, set [joints] unit = "deg" (or --joint-unit deg).'
+                f'recording is in degrees, set [joints] unit = "deg" (or --joint-unit deg){percent}.'
             )
