@@ -1,5 +1,6 @@
 """A robot without markers: its joint offsets from pictures, and where its hand was in each.
 
+    places     of cameras that nobody has placed (`seeds.camera_places`)
     keys       postures far from each other are learned from (`learners.images.markerless`)
     moments    every picture is asked whether the hand shows where it should be
     held out   moments that were not learned from, or each as if it alone had not been
@@ -40,6 +41,7 @@ from bodyschema.report.tracking.next_posture import NextPosture, gains, posture_
 from bodyschema.report.tracking.pictures import Pictures
 from bodyschema.report.tracking.trust import Trust
 from bodyschema.report.tracking.words import explanation, findings, warnings
+from bodyschema.seeds.camera_places import camera_places
 from bodyschema.seeds.image_seeds import spread_out
 from bodyschema.senses.images import Images
 
@@ -71,6 +73,8 @@ Progress = Callable[[Iterable[Images], int], Iterable[Images]]
 class Tracked:
     """What was learned, and what every moment showed."""
 
+    body: Body
+    """As believed, with unplaced cameras where the search has put them."""
     fit: MarkerlessFit
     poses: tuple[HandPose, ...]
     """Of the hand at every moment."""
@@ -93,6 +97,7 @@ def track(
     hand: str,
     keys: int = 20,
     progress: Progress = lambda items, total: items,
+    unplaced: Sequence[str] = (),
 ) -> Tracked:
     """Learn from the postures that differ most, then look at every moment.
 
@@ -104,14 +109,15 @@ def track(
         hand: frame whose pose is told.
         keys: postures that are learned from.
         progress: shows how far the work is.
+        unplaced: cameras that are looked for from nothing; they are free in `variables`.
 
     Raises:
-        InputError: pictures cannot be read or do not fit the body.
+        InputError: pictures cannot be read or do not fit the body, or cameras cannot be placed.
     """
     begin = time.perf_counter()
     chosen = sorted(spread_out(pictures.q, keys))
     frames, count = list(pictures.seen(chosen)), len(pictures.q)
-    fit = learner.fit(body, variables, frames)
+    body, fit = _fitted(learner, body, variables, frames, unplaced)
     tracker = HandTracker.of(fit, frames, hand)
     held = _held_out(fit, pictures.q, chosen)
     start, poses = time.perf_counter(), list[HandPose]()
@@ -123,7 +129,26 @@ def track(
             after[k] = tracker.distance(images, held[k])
     now = time.perf_counter()
     rate = len(poses) / (now - start)
-    return Tracked(fit, tuple(poses), tuple(chosen), before, after, rate, now - begin)
+    return Tracked(body, fit, tuple(poses), tuple(chosen), before, after, rate, now - begin)
+
+
+def _fitted(
+    learner: Markerless,
+    body: Body,
+    variables: Variables,
+    frames: Sequence[Images],
+    unplaced: Sequence[str],
+) -> tuple[Body, MarkerlessFit]:
+    """The body as it was before the fit, and the fit that most pictures bear out."""
+    places = [camera_places(learner.surface, body, camera, frames) for camera in unplaced]
+    bodies = [body] if not places else []
+    for together in zip(*places, strict=False):
+        placed = body
+        for camera, T in zip(unplaced, together, strict=True):
+            placed = placed.with_placement(camera, T)
+        bodies.append(placed)
+    found = [(one, learner.fit(one, variables, frames)) for one in bodies]
+    return max(found, key=lambda pair: pair[1].weights.total)
 
 
 def _held_out(fit: MarkerlessFit, q: Array, keys: Sequence[int]) -> dict[int, Array]:
@@ -141,7 +166,6 @@ def _held_out(fit: MarkerlessFit, q: Array, keys: Sequence[int]) -> dict[int, Ar
 def track_answer(
     found: Tracked,
     described: Body,
-    body: Body,
     hand: str,
     q: Array,
     numbers: Sequence[int],
@@ -154,7 +178,6 @@ def track_answer(
     Args:
         found: by `track`.
         described: the robot as described.
-        body: the same with its cameras, as believed.
         hand: frame whose pose is told.
         q: (n_moments, n_joints) that were looked at.
         numbers: of the first camera's pictures at these moments.
@@ -162,7 +185,7 @@ def track_answer(
         run: what was asked.
         overlays: pictures with the outline before and after, for the report.
     """
-    fit = found.fit
+    fit, body = found.fit, found.body
     estimate, kept = settled(fit.estimate, fit.identifiability)
     names = tuple(camera.name for camera in cameras)
     evidence = TrackEvidence(

@@ -107,6 +107,7 @@ class Track:
             album.seen_by.hand,
             self.keys,
             lambda items, total: _watched(items, total, notes),
+            album.unplaced,
         )
 
     def _answer(self, album: Album, tracked: Tracked, asked: Mapping[str, Any]) -> Answer:
@@ -115,11 +116,10 @@ class Track:
         from bodyschema.seeds.image_seeds import spread_out
 
         shown = spread_out(album.q, self.overlays) if self.overlays else []
-        drawn = draw_overlays(album, tracked.fit, sorted(shown))
+        drawn = draw_overlays(album.round(tracked.body), tracked.fit, sorted(shown))
         answer = track_answer(
             tracked,
             album.nominal,
-            album.body,
             album.seen_by.hand,
             album.q,
             album.numbers[:, 0].tolist(),

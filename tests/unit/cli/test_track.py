@@ -60,6 +60,11 @@ def test_offsets_and_poses_are_written(
     written = json.loads((out / "track.json").read_text())
     assert written == {key: answer[key] for key in written}
     assert answer["verdict"] == "found"
+    assert answer["trust"] == {"level": "good", "reasons": []}
+    assert 0 < answer["predicted_95_mm"] < 30
+    assert (answer["pictures"]["used"], answer["pictures"]["of"]) == (4, 4)
+    assert "4 of 4 pictures used" in answer["explanation"]
+    assert "pictures used" in (out / "report.html").read_text()
     assert answer["held_out"]["outline_px"]["rms"] < 0.5 < answer["nominal"]["outline_px"]["rms"]
     told = {entry["name"]: entry for entry in answer["parameters"]}
     found = [told[f"{name}.offset"] for name in ("lift", "bend")]
@@ -92,6 +97,34 @@ def test_a_tracked_robot_is_checked_in_new_pictures(
     assert answer["suspects"][0]["change"]["bend.offset"] == pytest.approx(np.deg2rad(1), rel=0.2)
     assert run(["plan", out]) == 0
     assert "One more moment with" in capsys.readouterr().out
+
+
+def test_an_answer_that_most_pictures_speak_against_is_not_written(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for k in (0, 1):
+        cv2.imwrite(str(folder / f"mask_{k:03}.png"), np.zeros((240, 320), np.uint8))
+    command = ["track", str(folder / "track.toml"), "--out", str(folder / "out")]
+    command += ["--seeds", "64", "--overlays", "0"]
+    assert run([*command, "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["trust"]["level"] == answer["verdict"] == "contradicted"
+    assert "Only 2 of 4 pictures show the body" in answer["trust"]["reasons"][0]
+    assert not (folder / "out").exists()
+    assert run([*command, "--force"]) == 1
+    assert (folder / "out" / "report.html").is_file()
+
+
+def test_a_camera_that_nobody_has_placed_asks_for_masks(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = TRACK.replace('masks = "mask_{row:03}.png"\n', "").replace(
+        "[cameras.eye]", '[cameras.eye]\nknown = "no"'
+    )
+    (folder / "track.toml").write_text(text)
+    command = ["track", str(folder / "track.toml"), "--out", str(folder / "out")]
+    assert run([*command, "--seeds", "8", "--overlays", "0"]) == 2
+    assert 'say roughly where it is (known = "roughly")' in capsys.readouterr().err
 
 
 def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

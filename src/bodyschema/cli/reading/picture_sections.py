@@ -23,7 +23,8 @@
     parent = "base"                         # frame, or the name of a camera named before
     xyz = [0.7, -0.9, 1.1]                  # m, optical centre in the parent
     rpy = [-2.1, 0.0, 0.9]                  # rad, fixed axes; optical: z forward, x right, y down
-    known = "exactly"                       # or "roughly": found together with the offsets
+    known = "exactly"                       # or "roughly": found together with the offsets; or
+                                            # "no": looked for from nothing by its masks
     position_m = 0.05                       # if roughly: one standard deviation
     turn_deg = 5.0
     size = [960, 540]                       # pixels
@@ -53,6 +54,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bodyschema.cli.reading.run_entries import KNOWLEDGE
 from bodyschema.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,10 +90,11 @@ class CameraEntry:
 
         from bodyschema.model.camera import Camera
 
-        if len(self.size) != 2 or len(self.lens) != 4 or self.known not in ("exactly", "roughly"):
+        if len(self.size) != 2 or len(self.lens) != 4 or self.known not in KNOWLEDGE:
             raise InputError(
                 f"camera '{name}' needs size = [width, height], lens = [f_x, f_y, c_x, c_y] and "
-                f'known = "exactly" or "roughly"; got {self.size}, {self.lens}, \'{self.known}\'.'
+                f'known = "exactly", "roughly" or "no"; got {self.size}, {self.lens}, '
+                f"'{self.known}'."
             )
         f_x, f_y, c_x, c_y = self.lens
         K = np.array([[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], dtype=np.float64)

@@ -41,6 +41,10 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+UNPLACED = (0.3, 0.3)
+"""m and rad, one standard deviation that the search leaves of a camera that nobody has placed."""
+
+
 @dataclass(frozen=True)
 class Album:
     """Moments at which the cameras saw and the encoders were read."""
@@ -121,7 +125,15 @@ class Album:
             if entry.known == "roughly":
                 turn = float(np.deg2rad(entry.turn_deg))
                 parts.append(free_frame(self.body, name, entry.position_m, turn))
+            if entry.known == "no":
+                parts.append(free_frame(self.body, name, *UNPLACED))
         return join(*parts)
+
+    @property
+    def unplaced(self) -> tuple[str, ...]:
+        """Cameras that are looked for from nothing."""
+        entries = self.seen_by.cameras.items()
+        return tuple(name for name, entry in entries if entry.known == "no")
 
     @property
     def first_pictures(self) -> list[Path]:
