@@ -39,6 +39,9 @@ PERIOD = 2.5
 LATE = 0.5
 """s after a touch in which it may be noticed yet."""
 
+EARLY = 0.3
+"""s before a touch in which one may be said to begin: means are taken over a quarter."""
+
 MISSED = 10.0
 
 
@@ -89,19 +92,23 @@ def share(touches: Sequence[Mapping[str, Any]], contacts: Sequence[Contact]) -> 
     """The worst of: distance over the 95 % bar, a touch too many, a touch too few."""
     shares, noticed = [0.05], set()
     for touch in touches:
+        ends = np.inf if touch["ends"] is None else touch["ends"]
         there = [
-            k
-            for k, c in enumerate(contacts)
-            if touch["begins"] < c.begins + c.lasts + LATE
-            and (touch["ends"] or np.inf) > c.begins - 0.1
+            k for k, c in enumerate(contacts) if touch["begins"] < _over(c) and ends > c.begins
         ]
         noticed |= set(there)
-        if not there:
+        begun = [k for k in there if touch["begins"] > contacts[k].begins - EARLY]
+        if not begun:
             shares.append(MISSED)
         elif touch["verdict"] == "point" and touch["places"]:
-            shares.append(min(_off(place, contacts[there[0]]) for place in touch["places"]))
+            shares.append(min(_off(place, contacts[begun[0]]) for place in touch["places"]))
     shares += [MISSED] * (len(contacts) - len(noticed))
     return float(max(shares))
+
+
+def _over(contact: Contact) -> float:
+    """s, until when it may be noticed."""
+    return contact.begins + contact.lasts + LATE
 
 
 def _off(place: Mapping[str, Any], contact: Contact) -> float:
