@@ -186,7 +186,7 @@ ROWS = (
     _row("load grows after", _after(_filled)),
     _row("touched while quiet", _touched_while_quiet),
     _row("taught elsewhere", _taught_elsewhere),
-    _row("surface displaced", _displaced),
+    _row("surface displaced", _displaced, apart=True),
     _row("tilted base", _of_wrist(payloads.tilted_base)),
     _row("wrong sign", _of_wrist(payloads.said(sign="on_sensor"))),
     _row("torque in Nmm", _of_wrist(payloads.said(torque_unit="Nmm"))),
