@@ -190,5 +190,6 @@ def _check_radians(body: Body, used: Sequence[int], q: Array) -> None:
             percent = ', or "percent" if its numbers are -100 to 100 of the limits' if share else ""
             raise InputError(
                 f"joint '{body.joints[joint]}' reads {extreme:.1f} rad where {limits}; if the "
-                f'recording is in degrees, set [joints] unit = "deg" (or --joint-unit deg){percent}.'
+                'recording is in degrees, set [joints] unit = "deg" (or --joint-unit deg)'
+                f"{percent}."
             )
