@@ -86,6 +86,37 @@ def test_a_recording_louder_and_slower_than_the_calibration_has_not_changed() ->
         assert found.changes == ()
 
 
+def slow_error(n: int, rng: np.random.Generator) -> Array:
+    """Noise of unit size, and beside it a sensor that wanders by as much in some ten seconds."""
+    wander = np.zeros((n, 6))
+    for i in range(1, n):
+        wander[i] = 0.997 * wander[i - 1] + np.sqrt(1 - 0.997**2) * rng.normal(size=6)
+    return 0.3 * rng.normal(size=(n, 6)) + 1.5 * wander
+
+
+def test_a_slow_sensor_error_on_a_resting_robot_is_no_change() -> None:
+    for seed in range(3):
+        truth, estimate, rng = calibrated(seed, 60)
+        rest = np.repeat(rng.uniform(-1.0, 1.0, (1, 4)), 900, axis=0)
+        rest += 5e-5 * rng.normal(size=(900, 4))
+        still = record(truth, rest, slow_error(900, rng))
+        assert check_stream(estimate, [still]).changes == ()
+
+
+def test_what_changed_while_a_robot_rested_shows_when_it_moves() -> None:
+    truth, estimate, rng = calibrated(5, 60)
+    name = truth.joints[2]
+    knocked = truth.with_variables(free_joints(truth, ("offsets",), [name]), [np.deg2rad(3.0)])
+    q = moving(1200, rng)
+    q[400:700] = q[400]
+    before, after = (record(body, q, rng.normal(size=(1200, 6))) for body in (truth, knocked))
+    pose = np.concatenate([before.pose[:600], after.pose[600:]])
+    both = Poses.make(q, pose, "tracker", "hand", tuple(STD), time=100 + np.arange(1200) / 30)
+    (change, *_) = check_stream(estimate, [both]).changes
+    assert change.part == name
+    assert 100 + 600 / 30 - 8 < change.time < 100 + 700 / 30 + 5
+
+
 def test_a_joint_that_jumps_is_named_dated_and_measured() -> None:
     truth, estimate, rng = calibrated(20, 60)
     name, q = truth.joints[1], moving(700, rng)

@@ -2,7 +2,9 @@
 
 The calibrated body goes into the monitor as a certified belief, which then only watches. A joint's
 zero or a frame that the calibration did not free counts as known, but may change. The size and the
-memory of the noise are measured on the recording itself, whatever changes in it.
+memory of the noise are measured on the recording itself, whatever changes in it. A robot that rests
+tells one thing again and again, with the slow error that its sensor has there: a moment is watched
+only where it has moved since the one before, and what changed while it rested shows when it moves.
 
 When the monitor has named a part and learned it again, the moment s of the change is the one that
 divides the recording best between the old belief and the new,
@@ -38,6 +40,10 @@ EXACT = 1e-3
 
 FEWEST, SLOWEST = 200, 0.2
 """Moments that make a stream, and s between two of them at most."""
+
+RESTING = 1e-3
+"""rad or m: a posture nearer than that, in every joint, to that of the last moment watched is the
+same one; ten times what encoders flicker by."""
 
 BACK = 600
 """Moments before the alarm that may be the moment of the change."""
@@ -96,6 +102,11 @@ def check_stream(
         senses: what was seen, with times; frames must be in the estimate's reference body.
         false_alarm: chance of an alarm in the whole recording without a change.
     """
+    times = np.unique(np.concatenate([sense.time for sense in senses]))
+    seconds = float(times[-1] - times[0])
+    senses = in_motion(senses)
+    if not is_stream(senses):
+        return StreamCheck((), seconds, StreamNoise())
     known = _with_all_parts(estimate, senses)
     learner = WatchedBody(known.reference, known.variables)
     noise = _noise(learner, known, senses)
@@ -103,8 +114,20 @@ def check_stream(
     stream = moments(senses)
     monitor = Monitor(learner, len(stream) / false_alarm)
     found = _changes(learner, monitor, monitor.observing(belief), stream)
-    times = [moment[0].time[0] for moment in stream]
-    return StreamCheck(found, float(times[-1] - times[0]), noise)
+    return StreamCheck(found, seconds, noise)
+
+
+def in_motion(senses: Sequence[Sense]) -> list[Sense]:
+    """The samples of those moments before which the robot has moved."""
+    time = np.concatenate([sense.time for sense in senses])
+    q = np.concatenate([sense.q for sense in senses])
+    times, first = np.unique(time, return_index=True)
+    kept, last = [], np.full(q.shape[1], np.inf)
+    for t, here in zip(times, q[first], strict=True):
+        if np.abs(here - last).max() > RESTING:
+            kept.append(t)
+            last = here
+    return [sense.take(np.flatnonzero(np.isin(sense.time, kept))) for sense in senses]
 
 
 def _changes(
