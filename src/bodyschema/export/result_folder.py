@@ -189,8 +189,9 @@ def writing_notes(calibration: Calibration, nominal: Body) -> list[str]:
     if not calibration.corrects:
         return []
     body, notes = body_to_write(calibration, nominal), []
-    if calibration.verdict == "refused":
-        notes.append("This calibration was refused: do not trust a robot to these files.")
+    if calibration.withheld:
+        said = f"This calibration was {calibration.verdict}"
+        notes.append(f"{said}: do not trust a robot to these files.")
     count = len(urdf_edits(nominal, body))
     if count:
         notes.append(f"robot.urdf is corrected at {count} joint{'s' * (count > 1)}.")

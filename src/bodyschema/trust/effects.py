@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bodyschema.errors import InputError
 from bodyschema.model.kinematics import frame_jacobian, relative_pose_derivatives
 from bodyschema.model.tree import Body
-from bodyschema.model.variables import Variables, free_frame, join
+from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.trust.scores import Scores
 from bodyschema.trust.target import Target
 
@@ -107,7 +107,7 @@ def _movable(body: Body, scores: Scores) -> tuple[tuple[str, ...], Variables]:
         except InputError:  # The root, or a link that a joint moves: it has no placement to free.
             continue
         frames.append(frame)
-    return tuple(frames), join(*parts)
+    return tuple(frames), join(free_joints(body, ()), *parts)
 
 
 def _rate(time: Array, q: Array, rows: NDArray[np.int64], rate: Array | None) -> Array:

@@ -15,8 +15,6 @@ McCaffrey 2002, "Bias reduction in standard errors for linear regression with mu
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,17 +40,10 @@ def inflation(scores: Scores, J: Array) -> float:
     """
     if not scores.A.shape[1]:
         return 1.0
-    ways = ((clusters, 0.5) for clusters in clusterings(scores))
-    jackknife = kappa(scores, J, scores.moment, 1.0)
-    return max(1.0, jackknife, *(kappa(scores, J, labels, p) for labels, p in ways))
-
-
-def clusterings(scores: Scores) -> Iterator[Ints]:
-    """Number of the cluster of each sample: itself, its moment, its time, its posture."""
-    yield np.arange(len(scores.moment))
-    yield scores.moment
-    yield blocks_of_time(scores)
-    yield corners(scores)
+    one_by_one = kappa(scores, J, scores.moment, 1.0)
+    in_time = kappa(scores, J, blocks_of_time(scores), 0.5)
+    in_posture = kappa(scores, J, corners(scores), 0.5)
+    return max(1.0, one_by_one, in_time, in_posture)
 
 
 def blocks_of_time(scores: Scores, n: int = BLOCKS) -> Ints:

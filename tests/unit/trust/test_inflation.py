@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,10 +31,42 @@ def test_errors_that_a_posture_shares():
     noise = shared + 1e-4 * np.random.default_rng(1).normal(size=shared.shape)
     scores, J = judged(recorded(0, n=12, repeats=7, noise=noise, groups=("offsets",)))
     assert scores.n_moments == 12
-    by_row = kappa(scores, J, np.arange(84), 0.5)
-    by_moment = kappa(scores, J, scores.moment, 0.5)
-    assert by_moment > 1.5 * by_row
-    assert inflation(scores, J) >= by_moment
+    others = [kappa(scores, J, labels, 0.5) for labels in ways(scores)]
+    assert inflation(scores, J) > 1.2 * max(others)
+    assert inflation(scores, J) > 1.5 * kappa(scores, J, np.arange(84), 0.5)
+
+
+def ways(scores):
+    return blocks_of_time(scores), corners(scores)
+
+
+def test_errors_that_a_time_shares():
+    # Ten hours of ten postures each, in no order; each hour has an error of its own.
+    hourly = np.repeat(2e-2 * np.random.default_rng(2).normal(size=(10, 3)), 10, axis=0)
+    scores, J = judged(recorded(2, n=100, noise=hourly, groups=("offsets",)))
+    in_time, in_posture = (kappa(scores, J, labels, 0.5) for labels in ways(scores))
+    assert in_time > 1.5 * max(in_posture, kappa(scores, J, scores.moment, 1.0))
+    assert inflation(scores, J) == pytest.approx(in_time)
+
+
+def test_errors_that_a_corner_of_the_workspace_shares():
+    # The arm errs alike on either side of its first joints, at whatever time it comes there.
+    arm = recorded(3, n=160)
+    side = np.sign(arm.problem.senses[0].q[:, :3])
+    noise = 1e-3 * np.prod(side, axis=1)[:, None] * [1.0, 0.5, 0.2]
+    scores, J = judged(recorded(3, n=160, noise=noise, groups=("offsets",)))
+    cells = (side > 0) @ [1, 2, 4]
+    in_posture = kappa(scores, J, corners(scores), 0.5)
+    assert kappa(scores, J, cells.astype(int), 0.5) > 1.5 * kappa(scores, J, scores.moment, 1.0)
+    others = max(1.0, kappa(scores, J, scores.moment, 1.0), kappa(scores, J, ways(scores)[0], 0.5))
+    assert inflation(scores, J) == pytest.approx(max(others, in_posture))
+    assert in_posture > others
+
+
+def test_too_much_noise_that_was_stated_is_no_reason_to_be_surer():
+    case = recorded(5, groups=("offsets",))
+    wide = replace(case.fit, levels=((4 * case.fit.levels[0][0],),))
+    assert inflation(*judged(replace(case, fit=wide))) == 1.0
 
 
 def test_errors_that_last():
