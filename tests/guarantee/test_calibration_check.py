@@ -7,6 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from bodyschema import Body, Poses, Solver, free_frame, free_joints, join, lie
+from bodyschema.answers.answer import Answer
+from bodyschema.answers.recheck import recheck_senses
+from bodyschema.errors import InputError
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.monitoring.change import detect_change
 from bodyschema.monitoring.stream_check import check_stream
@@ -101,6 +104,13 @@ def test_a_slow_sensor_error_on_a_resting_robot_is_no_change() -> None:
         rest += 5e-5 * rng.normal(size=(900, 4))
         still = record(truth, rest, slow_error(900, rng))
         assert check_stream(estimate, [still]).changes == ()
+
+
+def test_a_robot_that_only_rests_cannot_be_checked() -> None:
+    truth, _, rng = calibrated(1, 60)
+    still = record(truth, np.zeros((300, 4)), slow_error(300, rng))
+    with pytest.raises(InputError, match="rests all through the recording"):
+        recheck_senses(Answer.__new__(Answer), [still], 0.01)
 
 
 def test_what_changed_while_a_robot_rested_shows_when_it_moves() -> None:

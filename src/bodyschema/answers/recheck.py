@@ -24,7 +24,13 @@ from bodyschema.learners.images.settled import PREFIX
 from bodyschema.model.inertia import Inertia
 from bodyschema.model.variables import Variables
 from bodyschema.monitoring.change import ChangeTest, Suspect
-from bodyschema.monitoring.stream_check import Change, StreamCheck, check_stream, is_stream
+from bodyschema.monitoring.stream_check import (
+    Change,
+    StreamCheck,
+    check_stream,
+    in_motion,
+    is_stream,
+)
 from bodyschema.monitoring.two_beliefs import two_beliefs
 from bodyschema.senses.images import Images
 from bodyschema.senses.sense import Sense
@@ -162,8 +168,14 @@ def recheck_senses(
     stream = None
     if is_stream(senses):
         # Two tests share the allowed rate; the first takes the recording as one moment.
+        moved = in_motion(senses)
+        if max(len(sense) for sense in moved) < FEWEST:
+            raise InputError(
+                "the robot rests all through the recording: that cannot tell a change from a slow "
+                f"error of the sensor; move it through at least {FEWEST} postures."
+            )
         half = false_alarm / 2
-        test = stored.check(thinned(senses), half, least)
+        test = stored.check(thinned(moved), half, least)
         stream = check_stream(stored.widened, senses, half)
     else:
         test = stored.check(senses, false_alarm, least)
