@@ -50,6 +50,14 @@ def test_a_wrong_answer_is_never_good_nor_its_number_small(fault):
         assert found.stated < case.error / 1.5
 
 
+def test_frames_of_one_posture_do_not_make_the_number_small():
+    rng = np.random.default_rng(0)
+    shared = np.repeat(1e-3 * rng.normal(size=(12, 3)), 7, axis=0)
+    noise = shared + 1e-4 * rng.normal(size=shared.shape)
+    found = weighed(recorded(0, n=12, repeats=7, noise=noise, groups=("offsets",)))
+    assert found.core > 1.2 * found.stated
+
+
 def test_slow_noise_is_said():
     noise = autoregressive(100, 0.9, 1e-3, np.random.default_rng(0))
     found = weighed(recorded(0, n=100, smooth=True, noise=noise))
@@ -83,13 +91,18 @@ def test_calibrate_refuses_what_its_samples_contradict():
     assert "Trust: contradicted" in answer.summary()
 
 
-def test_half_of_a_fit_that_has_not_arrived_is_added():
-    # A learner that stands where its samples would not leave it: the rest of the way is its error.
+def test_the_way_that_a_learner_has_still_to_go_is_added():
     case = recorded(3, groups=("offsets",))
-    away = replace(case.fit, x=case.fit.x + 10 * case.fit.std)
+    fit, scale = case.fit, case.fit.variables.scale
+    values, vectors = np.linalg.eigh(fit.information * np.outer(scale, scale))
+    told = values > 100
+    # Five standard deviations off in each direction that the samples tell.
+    away = replace(fit, x=fit.x + scale * (vectors[:, told] @ (5 * values[told] ** -0.5)))
     moved = weighed_up(away, away, case.problem.senses, {}, [PAIR])
-    settled = weighed_up(case.fit, case.fit, case.problem.senses, {}, [PAIR])
-    assert moved.core > 3 * settled.core
+    settled = weighed_up(fit, fit, case.problem.senses, {}, [PAIR])
+    between = case.targets[0].between(away, fit)
+    assert between > 2 * settled.core
+    assert moved.core == pytest.approx(between, rel=0.2)
 
 
 def test_a_joint_that_gives_way_is_no_fault_of_the_clocks():
@@ -149,11 +162,13 @@ def test_what_exceeds_stated_noise_widens_the_number(no_causes):
         known = replace(sense, covariance=noise**2 * np.eye(3), stated=True)
         problem = replace(case.problem, senses=(known,))
         fit = problem.fit(problem.variables(("offsets",)), problem.senses)
-        return weighed_up(fit, fit, problem.senses, {}, [PAIR])
+        (excess,) = (size for name, size in fit.model_error.items() if name.endswith("(m)"))
+        return weighed_up(fit, fit, problem.senses, {}, [PAIR]), excess
 
-    over, within = stated(2e-4), stated(3e-3)
+    (over, excess), (within, nothing) = stated(2e-4), stated(3e-3)
+    assert (nothing, excess > 1e-3) == (0.0, True)
+    assert over.total > np.hypot(over.core, 2.7 * excess)
     assert any("exceed the noise that was stated" in reason for reason in over.trust.reasons)
-    assert over.total > 1.41 * over.core
     assert within.trust.level == "good"
 
 
