@@ -143,14 +143,17 @@ def hold(
 
     other = None if empty is None else empty.read(declared).samples
     split = bool(cut.empty or cut.loaded or empty is not None)
-    lag = 0.0
-    if moving and not split:
-        samples, lag = on_one_clock(samples, learner, Averaging(how.window))
+    lag, leant = 0.0, tuple[WeighedRival, ...]()
 
     def parts_of(some: WristSamples) -> list[Part]:
         if split:
             return declared_segments(some, cut, means, other)
         return [Part(means(some), ("load",))]
+
+    if moving and not split:
+        # A tilt looks like a small lag; by itself it explains more.
+        samples, leant = mended_samples(samples, parts_of, learner, ("tilt",))
+        samples, lag = on_one_clock(samples, learner, Averaging(how.window))
 
     def fitted(some: WristSamples) -> tuple[tuple[Happening, ...], PayloadFit]:
         parts, happened = parts_of(some), tuple[Happening, ...]()
@@ -165,8 +168,10 @@ def hold(
     mended = tuple[WeighedRival, ...]()
     known = empty is None
     if not hint:
-        samples, mended = mended_samples(samples, parts_of, learner, moving)
+        wanted = ("tilt", "lag") if moving else ("tilt",)
+        samples, mended = mended_samples(samples, parts_of, learner, wanted)
         events, fit = fitted(samples) if mended else (events, fit)
+        mended = leant + mended
         fit, then = mended_fit(fit, samples if known else None, learner)
         mended += then
     R_world = world_rotation(samples, fit.parts) if known else None

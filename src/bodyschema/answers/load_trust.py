@@ -23,7 +23,7 @@ from bodyschema.judging.wrist_declarations import POOR
 from bodyschema.model.inertia import Inertia
 from bodyschema.trust.trust import Trust
 from bodyschema.trust.wrench_doubt import CLEARLY
-from bodyschema.trust.wrench_rivals import MASS, WeighedRival
+from bodyschema.trust.wrench_rivals import MASS, USUAL, WeighedRival
 from bodyschema.trust.wrench_rows import slopes
 
 Array = NDArray[np.float64]
@@ -52,6 +52,9 @@ COMMON = 2.0
 
 SLIGHT, CLOSE = 0.005, 1e-3
 """Share of the mass, and m of the centre of mass, within 95 % of which nothing matters."""
+
+UNUSUAL = 5.0
+"""Times its usual size at which a cause is not stated, whatever it explains."""
 
 ANOTHER, ELSEWHERE = 0.1, 0.01
 """Share of the mass, and m of the centre of mass, by which a load has become another one."""
@@ -162,7 +165,10 @@ def _mended(held: HeldRecording) -> Trust | None:
     best = {one.family: one for one in held.mended}
     said = [_cause(one, sum(o.gamma for o in held.mended if o.family == one.family))
             for one in best.values()]  # fmt: skip
-    shares = [f"{100 * min(one.share, 1.0):.0f} %" for one in best.values()]
+    shares = [
+        f"{100 * min(max(o.share for o in held.mended if o.family == family), 1.0):.0f} %"
+        for family in best
+    ]
     lines = tuple(
         f"{text}; that explained {share} of what the load left over, also of stretches it was not "
         f"fitted to, and was put right: {REMEDY[one.family]}."
@@ -179,6 +185,7 @@ def _left(held: HeldRecording) -> Trust | None:
         return None
     one, second = left[0], left[1] if len(left) > 1 else None
     clear = second is None or one.gain > second.gain + CLEARLY
+    clear = clear and one.size < UNUSUAL * USUAL[one.family]
     text = _cause(one, one.gamma) if clear else f"perhaps {_cause(one, one.gamma)}"
     text += f"; that would explain {100 * min(one.share, 1.0):.0f} % of what the load leaves over"
     if second is not None:

@@ -37,7 +37,7 @@ def mended_samples(
     samples: WristSamples,
     cut: Callable[[WristSamples], Sequence[Part]],
     learner: LoadLearner,
-    moving: bool,
+    wanted: Sequence[str],
 ) -> Mended:
     """The samples with gravity and clock as the wrench has them, and what was put right.
 
@@ -45,9 +45,9 @@ def mended_samples(
         samples: of a recording.
         cut: the parts of samples, all with the loads that they are believed to carry.
         learner: with the priors of the sensor.
-        moving: whether rows follow a motion, so that a lag shows.
+        wanted: "tilt", and "lag" where rows follow a motion.
     """
-    wanted, found = ("tilt", "lag") if moving else ("tilt",), list[WeighedRival]()
+    found = list[WeighedRival]()
     for _ in range(ROUNDS):
         fit = fit_payload(cut(samples), learner)
         made = repair(fit, learner, world_rotation(samples, fit.parts), wanted)

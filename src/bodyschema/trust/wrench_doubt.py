@@ -119,7 +119,8 @@ def repair(
     if not found or found[0].p_value > SURE or found[0].family not in wanted:
         return None
     one = found[0]
-    better = foretold(rows) - foretold(beside(rows, one))
+    # Stretches weigh alike: one that is far off says no more than that it is.
+    better = np.log(foretold(rows) / foretold(beside(rows, one)))
     se = float(np.std(better, ddof=1) * np.sqrt(len(better)))
     if float(better.sum()) < CONFIRMED * se:
         return None
@@ -157,7 +158,7 @@ def foretold(rows: WrenchRows) -> Array:
         B = rows.B[some].reshape(-1, rows.B.shape[2])
         H = np.eye(len(B)) - B @ B.T
         e = np.linalg.lstsq(H, rows.z[some].ravel(), rcond=1e-9)[0]
-        found.append(float(e @ e))
+        found.append(max(float(e @ e), 1e-300))
     return np.array(found)
 
 

@@ -54,3 +54,14 @@ def test_a_link_is_added_and_nothing_else_changed():
         urdf_with_load(done, "tool", {"load 1": load})
     with pytest.raises(InputError, match="does not end"):
         urdf_with_load(b"<robot>", "tool", {"load": load})
+
+
+def test_no_controller_is_told_what_is_not() -> None:
+    load = Inertia(1.0, np.array([0.0, 0.0, 0.1]), np.diag([1e-3, 2e-3, 2e-3]))
+    assert controller_forms(load, {"mass"}) == {}
+    assert controller_forms(load, {"com", "I_xx"}) == {}
+    bare = controller_forms(load, {"I_xx"})
+    assert bare["ur"] == "set_target_payload(1.0, [0.0, 0.0, 0.1])"
+    assert "J" not in bare["kuka"]
+    assert "franka" not in bare
+    assert set(controller_forms(load)) == {"ur", "kuka", "franka"}
