@@ -33,6 +33,11 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from honest.outcome import Outcome
+    from honest.trial import Row
 
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
@@ -80,20 +85,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for done, (job, one) in enumerate(measured(jobs, asked.seed, asked.workers), start=1):
         outcomes.append((job, one))
         word = "UNFLAGGED" if one.unflagged else one.crash or one.level
+        if asked.ledger is not None:
+            write(asked.ledger, asked.seed, one)
         print(f"{done}/{len(jobs)} {one.kind}: {one.name} {word} {one.seconds:.1f} s",
               file=sys.stderr, flush=True)  # fmt: skip
     outcomes.sort(key=lambda pair: jobs.index(pair[0]))
     found = [one for _, one in outcomes]
-    if asked.ledger is not None:
-        with asked.ledger.open("a", encoding="utf-8") as file:
-            stamp = {"seed": asked.seed, "at": time.strftime("%Y-%m-%dT%H:%M:%S")}
-            file.writelines(json.dumps({**stamp, **one.record}) + "\n" for one in found)
     counted = tally(found)
     print(json.dumps(counted)) if asked.json else show(counted)
     return 0
 
 
-def rows(kind: str) -> tuple:  # type: ignore[type-arg]
+def write(ledger: Path, seed: int, one: Outcome) -> None:
+    """Append a run, at once: a campaign that is broken off has not been for nothing."""
+    line = json.dumps({"seed": seed, "at": time.strftime("%Y-%m-%dT%H:%M:%S"), **one.record})
+    with ledger.open("a", encoding="utf-8") as file:
+        file.write(line + "\n")
+
+
+def rows(kind: str) -> tuple[Row, ...]:
     """The rows of a kind's table."""
     return tuple(importlib.import_module(KINDS[kind]).ROWS)
 
@@ -116,7 +126,7 @@ def shared_out(kind: str, runs: int, only: str) -> list[Job]:
     return jobs[:runs]
 
 
-def measured(jobs: Sequence[Job], seed: int, workers: int) -> Iterator[tuple[Job, object]]:
+def measured(jobs: Sequence[Job], seed: int, workers: int) -> Iterator[tuple[Job, Outcome]]:
     """Outcomes as they come."""
     if workers <= 1:
         yield from ((job, run(job, seed)) for job in jobs)
@@ -129,7 +139,7 @@ def measured(jobs: Sequence[Job], seed: int, workers: int) -> Iterator[tuple[Job
             yield waiting[future], future.result()
 
 
-def run(job: Job, seed: int) -> object:
+def run(job: Job, seed: int) -> Outcome:
     """One run."""
     kind, fault, index = job
     row = next(row for row in rows(kind) if row.fault == fault)
