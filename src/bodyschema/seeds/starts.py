@@ -50,6 +50,9 @@ ENOUGH = 4
 PICTURES = 300
 """Of a target; each costs a small fit of its own."""
 
+POSITION = "link_x"
+"""Component that is shown of a frame whose place is."""
+
 GUESSES = 0.15 * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
 """m; places of an unknown point on its link from which the alternation begins."""
 
@@ -80,7 +83,7 @@ def start_frames(body: Body, unknown: Collection[str], senses: Sequence[Sense]) 
         if sense is None or found is None:
             break
         body, waiting = found, [other for other in waiting if other is not sense]
-        frames -= set(_ends(sense))
+        frames -= _placed(sense, waiting)
     if frames:
         name = min(frames)
         near = [sense.label for sense in senses if len(sense) and name in _ends(sense)]
@@ -97,11 +100,21 @@ def _ends(sense: Sense) -> tuple[str, ...]:
     return tuple(frame for pair in sense.pairs for frame in pair)
 
 
+def _shown(sense: Sense) -> list[tuple[str, tuple[str, ...]]]:
+    """Each end of a sense, and the components of its placement that the sense shows."""
+    return list(zip(_ends(sense), sense.shows * len(sense.pairs), strict=True))
+
+
+def _placed(sense: Sense, waiting: Sequence[Sense]) -> set[str]:
+    """Ends that a sense settles: not the turn alone of one whose position another sense shows."""
+    elsewhere = {end for other in waiting for end, shown in _shown(other) if POSITION in shown}
+    return {end for end, shown in _shown(sense) if POSITION in shown or end not in elsewhere}
+
+
 def _order(sense: Sense, unknown: Collection[str]) -> tuple[bool, int, int]:
     """Whether samples are too few for a frame, those last; number of unknown ends, fewer first;
     components that are shown of them, more first."""
-    ends = zip(_ends(sense), sense.shows * len(sense.pairs), strict=True)
-    shown = [len(components) for frame, components in ends if frame in unknown]
+    shown = [len(components) for frame, components in _shown(sense) if frame in unknown]
     return len(sense) < ENOUGH, len(shown), -sum(shown)
 
 

@@ -15,6 +15,7 @@ from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.seeds import starts
 from bodyschema.seeds.starts import start_frames
+from bodyschema.senses.gravity import G, Gravity
 from bodyschema.senses.sense import Sense
 from bodyschema.senses.wrist_wrenches import WristWrenches
 from simulated import angle, forgotten, points, poses, postures, random_pose, seen_arm, spoiled
@@ -258,3 +259,20 @@ def test_a_sense_that_is_neither_points_nor_poses_is_refused() -> None:
     other = Unknown(seen.time, seen.q, "tracker", "tool", *batch)
     with pytest.raises(InputError, match="state roughly where it is"):
         start_frames(body, ["tool"], [other])
+
+
+def test_a_turn_that_gravity_tells_is_no_place():
+    # An accelerometer tells how the tool is turned, poses where it is; whoever comes first.
+    rng = np.random.default_rng(8)
+    truth = seen_arm(5, rng)
+    q = postures(40, truth, rng)
+    up = relative_pose(truth, q, "tool", "base")[:, :3, 2]
+    felt = Gravity.make(q, G * up, "tool", "base")
+    seen = poses(truth, q, rng)
+    nominal = forgotten(truth, ("tracker", "tool"))
+    for senses in ([felt, seen], [seen, felt]):
+        found = start_frames(nominal, ("tracker", "tool"), senses)
+        for frame in ("tracker", "tool"):
+            distance, turn = off(found, truth, frame)
+            assert distance < NEAR
+            assert turn < TURNED
