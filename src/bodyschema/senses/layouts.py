@@ -52,6 +52,9 @@ Matrices are written row by row; xyzw and wxyz are quaternions; rpy are URDF's f
 ANGLES = ("xyz_rpy", "xyz_rotvec")
 """Layouts whose last three columns are angles."""
 
+NO_UNIT = 0.1
+"""How far from 1 the usual length of quaternions may be: rounding of columns is far less."""
+
 WHOLE_TURN = 6.6
 """rad; no angle of a pose is larger, a little more than a turn."""
 
@@ -68,8 +71,8 @@ def poses_from_columns(
         angle_scale: rad per recorded unit of angle.
 
     Raises:
-        InputError: unknown layout, wrong number of columns, no transform, a quaternion of length
-            zero, or angles that can be no rad.
+        InputError: unknown layout, wrong number of columns, no transform, quaternions that are
+            none, or angles that can be no rad.
     """
     if layout not in LAYOUTS:
         raise InputError(f"unknown pose layout '{layout}'{did_you_mean(layout, LAYOUTS)}")
@@ -90,6 +93,15 @@ def poses_from_columns(
                 f"layout '{layout}': an angle of {widest:.4g} rad is more than a turn; if the "
                 'columns are in degrees, set angle_unit = "deg" for them.'
             )
-    if count == 7 and (np.linalg.norm(scaled[:, 3:], axis=1) < 0.5).any():
-        raise InputError(f"layout '{layout}': a quaternion has no length; check the column order.")
+    if count == 7 and len(scaled):
+        sizes = np.linalg.norm(scaled[:, 3:], axis=1)
+        if (sizes < 0.5).any():
+            raise InputError(
+                f"layout '{layout}': a quaternion has no length; check the column order."
+            )
+        if abs(np.median(sizes) - 1) > NO_UNIT:
+            raise InputError(
+                f"layout '{layout}': half of the quaternions are {np.median(sizes):.3g} long or "
+                "more, where 1 is expected; check the column order."
+            )
     return make(scaled)

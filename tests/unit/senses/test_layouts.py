@@ -62,3 +62,20 @@ def test_quaternions_of_any_length_and_sign(T: Array) -> None:
 def test_refusals_say_what_to_do(layout: str, width: int, message: str) -> None:
     with pytest.raises(InputError, match=message):
         poses_from_columns(np.zeros((3, width)), layout, 1.0)
+
+
+@pytest.mark.parametrize("layout", ["xyz_rpy", "xyz_rotvec"])
+def test_angles_in_degrees(T: Array, layout: str) -> None:
+    values = columns(T, layout)
+    values[:, 3:] = np.rad2deg(values[:, 3:])
+    degree = float(np.deg2rad(1))
+    assert poses_from_columns(values, layout, 1e-3, degree) == pytest.approx(T, abs=1e-12)
+    with pytest.raises(InputError, match=r"is more than a turn; .*angle_unit = \"deg\""):
+        poses_from_columns(values, layout, 1e-3)
+
+
+def test_quaternions_that_are_none(T: Array) -> None:
+    values = columns(T, "xyz_xyzw")
+    values[:, 3:] *= 3
+    with pytest.raises(InputError, match="half of the quaternions are 3 long or more, where 1"):
+        poses_from_columns(values, "xyz_xyzw", 1e-3)
