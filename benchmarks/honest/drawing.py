@@ -92,7 +92,8 @@ def off_by(body: Body, rng: np.random.Generator, zeros: float, tilts: float, lin
     axis, placement = body.axis.copy(), body.placement.copy()
     turn = lie.exp_so3(np.radians(tilts) * rng.normal(size=(n, 3)))
     axis[1 : n + 1] = np.einsum("nij,nj->ni", turn, axis[1 : n + 1])
-    placement[1 : n + 2, :3, 3] += links * rng.normal(size=(n + 1, 3))
+    # The tip sits on the last link as said: a fixed joint is nothing that could be calibrated.
+    placement[1 : n + 1, :3, 3] += links * rng.normal(size=(n + 1, 3))[:n]
     offset = np.radians(zeros) * rng.normal(size=n)
     return replace(body, axis=axis, placement=placement, offset=offset)
 
