@@ -1,16 +1,8 @@
 """Inflation: by how much the error that an estimate states is too small.
 
 The samples of a cluster (a moment, a stretch of time, a corner of the workspace) may share an
-error. Then their scores do not cancel as independent ones would. With A_c, z_c the rows of a
-cluster and H_cc = A_c C A_c^T,
-
-    g_c    = A_c^T (1 - H_cc)^-p z_c          p = 1/2: unbiased for independent samples (CR2);
-                                              p = 1: leaving each cluster out (CR3, jackknife)
-    kappa  = tr M C (sum g_c g_c^T + P) C / tr M C
-
-M = mean of J^T J over the postures that count, J the slope of the place of what is wanted: one
-number, for what the robot is used for. (A full matrix would have a lower rank than C.) See Bell and
-McCaffrey 2002, "Bias reduction in standard errors for linear regression with multi-stage samples".
+error. Then their scores do not cancel as independent ones would: `estimation.pulls` has kappa, for
+the places where the robot is to be right.
 """
 
 from __future__ import annotations
@@ -18,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.estimation import pulls
 from bodyschema.trust.scores import Scores
 
 Array = NDArray[np.float64]
@@ -26,9 +19,6 @@ Ints = NDArray[np.int64]
 BLOCKS = 10
 """Stretches of time, and at most this many corners of the workspace: few enough that a slow error
 fills one, enough that they can be averaged."""
-
-FULLEST = 1 - 1e-9
-"""Largest leverage of a cluster: one that alone determines a direction."""
 
 
 def inflation(scores: Scores, J: Array) -> float:
@@ -72,7 +62,7 @@ def _halved(q: Array, cell: Ints) -> tuple[Ints, Ints]:
 
 
 def kappa(scores: Scores, J: Array, labels: Ints, power: float) -> float:
-    """tr M C (sum g g^T + P) C / tr M C for one way of clustering.
+    """kappa for one way of clustering.
 
     Args:
         scores: of a fit.
@@ -80,39 +70,11 @@ def kappa(scores: Scores, J: Array, labels: Ints, power: float) -> float:
         labels: (n_samples,) number of each sample's cluster.
         power: p.
     """
-    moves = J.reshape(-1, J.shape[2]) / np.sqrt(len(J))
-    pulls = moved_by(scores, labels, power)
-    if power == 1.0:
-        pulls = pulls * np.sqrt(max(len(pulls) - 1, 1) / max(len(pulls), 1))
-    prior = scores.C * np.sqrt(scores.precision)
-    found = np.sum((moves @ pulls.T) ** 2) + np.sum((moves @ prior) ** 2)
-    return float(found / max(np.sum((moves @ scores.root) ** 2), 1e-300))
+    pulled = moved_by(scores, labels, power)
+    return pulls.kappa(J.reshape(-1, J.shape[2]), pulled, scores.root, scores.precision)
 
 
 def moved_by(scores: Scores, labels: Ints, power: float) -> Array:
     """(n_clusters, P) C g_c: how far each cluster pulls the variables."""
-    owner = labels[scores.sample]
-    order = np.argsort(owner, kind="stable")
-    begins = np.flatnonzero(np.diff(owner[order], prepend=-1))
-    sizes = np.diff(begins, append=len(order))
-    B, z = scores.A[order] @ scores.root, scores.z[order]
-    found = np.empty((len(begins), B.shape[1]))
-    for n in np.unique(sizes):
-        same = np.flatnonzero(sizes == n)
-        rows = begins[same, None] + np.arange(n)
-        found[same] = _pulls(B[rows], z[rows], power)
-    return found @ scores.root.T
-
-
-def _pulls(B: Array, z: Array, power: float) -> Array:
-    """B^T (1 - B B^T)^-p z of clusters of one size, (m, n, P) and (m, n) -> (m, P).
-
-    By the smaller of the two Gram matrices.
-    """
-    n, P = B.shape[1:]
-    turned = np.swapaxes(B, 1, 2)
-    values, vectors = np.linalg.eigh(B @ turned if n <= P else turned @ B)
-    factor = (1 - np.clip(values, 0.0, FULLEST)) ** -power
-    pull = z[..., None] if n <= P else turned @ z[..., None]
-    pull = vectors @ (factor[..., None] * (np.swapaxes(vectors, 1, 2) @ pull))
-    return np.asarray((turned @ pull if n <= P else pull)[..., 0])
+    B, owner = scores.A @ scores.root, labels[scores.sample]
+    return pulls.pulls(B, scores.z, owner, scores.root, power)

@@ -2,15 +2,9 @@
 
 The fit takes what is left over to be independent noise. What hangs together (frames of one posture,
 a stretch of time, postures near one another) tells less, and what is thought of the noise of a few
-pairs comes from themselves. With z_c the whitened residuals of a cluster c of pairs, A_c their
-slopes, C the covariance, C_0 = C Q C the prior's share in it, P what is wanted of the parameters:
-
-    g_c = A_c^T (1 - A_c C A_c^T)^-1/2 z_c                                       CR2
-    g_c = A_c^T (1 - A_c C A_c^T)^-1 z_c sqrt((G - 1) / G)                       CR3, the jackknife
-    kappa = (tr P C (sum g_c g_c^T) C P^T + tr P C_0 P^T) / tr P C P^T
-
-(Bell and McCaffrey 2002; MacKinnon, Nielsen and Webb 2023), and the covariance is kappa C for the
-largest kappa over pairs, postures, stretches of time and neighbourhoods of postures, never below 1.
+pairs comes from themselves. So the covariance is kappa C, see `estimation.pulls`, for the largest
+kappa over pairs, postures (also left out one by one), stretches of time and neighbourhoods of
+postures, never below 1.
 
 G postures leave 3 (G - 2) degrees of freedom each to the noise of positions and of rotations, of
 which their ratio takes half a posture's: with a noise that is learned from so few, lengths are
@@ -25,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.estimation import pulls
 from bodyschema.learners.hand_eye.pose_pairs import PairFit, jacobian, residual
 
 Array = NDArray[np.float64]
@@ -39,9 +34,6 @@ STRETCHES = 10
 
 ARM = 0.3
 """m: length that turns a rotation into a distance where poses are compared."""
-
-LEAST_LEFT = 1e-3
-"""Share of a cluster that the others must not explain; below it, rounding would be divided by 0."""
 
 
 @dataclass(frozen=True)
@@ -127,29 +119,15 @@ def kappa(problem: Linear, wanted: Array) -> float:
     """
     n = len(problem.z)
     rows, stretches = np.arange(n), np.arange(n) * STRETCHES // n
-    cuts = [(rows, -0.5), (problem.posture, -0.5), (problem.posture, -1.0)]
+    cuts = [(rows, 0.5), (problem.posture, 0.5), (problem.posture, 1.0)]
     if n > 2 * STRETCHES:
-        cuts += [(stretches, -0.5), (neighbourhoods(problem.place), -0.5)]
-    return max(1.0, *(_ratio(problem, wanted, cluster, power) for cluster, power in cuts))
-
-
-def _ratio(problem: Linear, wanted: Array, cluster: Ints, power: float) -> float:
-    C = problem.covariance
-    half, PC = np.linalg.cholesky(C), wanted @ C
-    found = float(np.trace(PC @ problem.prior @ PC.T))
-    groups = np.unique(cluster)
-    share = (len(groups) - 1) / len(groups) if power == -1.0 else 1.0
-    for k in groups:
-        J, z = _rows(problem.J, cluster == k), problem.z[cluster == k].ravel()
-        U, s, _ = np.linalg.svd(J @ half, full_matrices=False)
-        left = np.maximum(1 - s**2, LEAST_LEFT) ** power - 1
-        g = J.T @ (z + U @ (left * (U.T @ z)))
-        found += share * float(np.sum((PC @ g) ** 2))
-    return found / float(np.trace(PC @ wanted.T))
-
-
-def _rows(J: Array, kept: NDArray[np.bool_]) -> Array:
-    return J[kept].reshape(-1, J.shape[2])
+        cuts += [(stretches, 0.5), (neighbourhoods(problem.place), 0.5)]
+    root: Array = np.linalg.cholesky(problem.covariance).astype(np.float64)
+    B, z = problem.J.reshape(-1, len(root)) @ root, problem.z.ravel()
+    owners = [(np.repeat(cluster, problem.z.shape[1]), power) for cluster, power in cuts]
+    pulled = [pulls.pulls(B, z, owner, root, power) for owner, power in owners]
+    precision = np.diag(problem.prior)
+    return max(1.0, *(pulls.kappa(wanted, pull, root, precision) for pull in pulled))
 
 
 def neighbourhoods(place: Array, count: int = STRETCHES) -> Ints:
