@@ -99,3 +99,14 @@ def test_what_it_says_of_the_fit_is_what_a_fit_with_it_would_find():
     moved = without.x + weighed.moved * without.variables.scale
     gap = np.abs(moved - found.x[left_out]) / found.std[left_out]
     assert gap.max() < 1.0
+
+
+def test_the_best_of_many_is_less_of_a_surprise():
+    scores = Scores.of((case := recorded(8)).fit, case.problem.senses)
+    effects = Effects.of(scores, case.targets)
+    B = scores.A @ scores.root
+    for rival in (some[0] for some in families(effects) if some):
+        alone, among = (weigh(rival, n, scores, B) for n in (1, 17))
+        if alone is not None and among is not None:
+            assert among.p_value == pytest.approx(min(17 * alone.p_value, 1.0))
+            assert among.criterion == pytest.approx(alone.criterion - np.log(17))
