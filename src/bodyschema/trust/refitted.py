@@ -19,7 +19,7 @@ from bodyschema.seeds.open_chain import OpenChain
 from bodyschema.seeds.spread import spread
 from bodyschema.senses.sense import Sense
 from bodyschema.trust.declarations import AS_DECLARED, Declaration
-from bodyschema.trust.neighbours import EXPLAINS, FACTOR, Neighbour, Neighbourhood, named
+from bodyschema.trust.neighbours import DOUBTFUL, EXPLAINS, FACTOR, Neighbour, Neighbourhood, named
 from bodyschema.trust.trials import Trial, Trials
 
 Array = NDArray[np.float64]
@@ -52,7 +52,8 @@ def refitted(problem: Problem, found: Neighbourhood) -> tuple[Neighbour, ...]:
     trials = sorted((trial for _, trial in pairs[1:]), key=lambda trial: trial.score)
     better = float(np.exp(own.score - trials[0].score))
     if better < FACTOR or trials[0].share > EXPLAINS:
-        return found.neighbours
+        # With its own zeros the recording fits as it is declared; or the fits are local.
+        return () if own.share <= DOUBTFUL else found.neighbours
     return named(own, trials, tried.chains)
 
 

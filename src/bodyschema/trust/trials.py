@@ -26,7 +26,8 @@ MOST = 96
 """Samples of a sense that are looked at."""
 
 FEW = 15
-"""Samples below which a scale that is no unit is not told from noise."""
+"""Samples below which a scale that is no unit, a gear, and rows that are apart (which leave fewer)
+are not told from noise."""
 
 AXES = 0.35
 """Largest deviation from a signed permutation up to which axes count as swapped or mirrored."""
@@ -76,15 +77,21 @@ class Trials:
         first = [AS_DECLARED, *self._of_readings()]
         for chain in self.chains:
             recorded, whose = self._recorded(chain)
-            turns = chain.Q is not None and not chain.pictured
-            first += others.seen_otherwise(chain.label, chain.Q is not None, turns, recorded, whose)
+            posed, n = chain.Q is not None, len(chain.q)
+            turns = posed and not chain.pictured
+            seen = others.seen_otherwise(chain.label, posed, turns, recorded, whose)
+            first += [d for d in seen if not d.shift or n - abs(d.shift) >= FEW]
         trials = self.of(first)
         return trials + self.of(list(self._with_numbers(trials)))
 
     def _of_readings(self) -> Iterator[Declaration]:
-        if self.robot is None:
-            return others.joints_otherwise(self.body, moved(self.chains), self.joint_unit)
-        return others.hand_otherwise(self.robot)
+        if self.robot is not None:
+            yield from others.hand_otherwise(self.robot)
+            return
+        few = max(len(chain.q) for chain in self.chains) < FEW
+        for d in others.joints_otherwise(self.body, moved(self.chains), self.joint_unit):
+            if not few or d.joint < 0 or d.factor == -1:
+                yield d
 
     def _recorded(self, chain: OpenChain) -> tuple[Recorded, str]:
         return self.declared.get(chain.label, Recorded()), f"of the {chain.label}"
@@ -124,7 +131,7 @@ class Trials:
             P = _signed_permutation(fits.axes[0])
             if P is not None and not chain.pictured:
                 yield others.other_axes(P, chain.label, chain.Q is not None, whose)
-        if self.robot is None:
+        if any(trial.declaration.joint >= 0 and trial.declaration.factor > 0 for trial in trials):
             yield from self._gear(trials)
 
     def _gear(self, trials: Sequence[Trial]) -> Iterator[Declaration]:
