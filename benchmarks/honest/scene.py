@@ -122,7 +122,11 @@ class Scene:
         return bs.Pixels.make(q[row], image, "tracker", "tool", "lens", target, **more)
 
     def error(self, body: Body, rng: np.random.Generator) -> float:
-        """True 95 % error of a body, m, on fresh postures in the box of the recorded ones.
+        """True 95 % error of a body, m, see `errors`."""
+        return float(np.quantile(self.errors(body, rng), 0.95))
+
+    def errors(self, body: Body, rng: np.random.Generator) -> Array:
+        """True errors of a body, m, on fresh postures in the box of the recorded ones.
 
         Where something moved, of its beginning, middle and end the one that suits the body best.
         Where nothing but pixels was seen, the robot's own tip in its base counts as well as the
@@ -134,9 +138,9 @@ class Scene:
         speed = np.abs(self.motion.dq).mean() * rng.choice([-1.0, 1.0], q.shape)
         motion = Motion(q, speed, np.zeros(len(q)), np.zeros(len(q)))
         off = [self._off(body, motion.at(when)) for when in (0.0, 0.5, 1.0)]
-        return float(min(off))
+        return min(off, key=lambda one: float(np.quantile(one, 0.95)))
 
-    def _off(self, body: Body, motion: Motion) -> float:
+    def _off(self, body: Body, motion: Motion) -> Array:
         pairs = [("tracker", "tool")]
         pairs += [("base", "tip")] if self.sense == "pixels" else []
         off = []
@@ -146,8 +150,8 @@ class Scene:
             away = there[:, :3, 3] - here[:, :3, 3]
             if self.tip:
                 away = away + self.tip * (there[:, :3, 2] - here[:, :3, 2])
-            off.append(np.quantile(np.linalg.norm(away, axis=1), 0.95))
-        return float(max(off))
+            off.append(np.linalg.norm(away, axis=1))
+        return max(off, key=lambda one: float(np.quantile(one, 0.95)))
 
     def visible(self, q: Array) -> NDArray[np.bool_]:
         """(n,) whether the camera sees the tool at these readings."""

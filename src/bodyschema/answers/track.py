@@ -26,7 +26,7 @@ from bodyschema.answers.answer import Answer
 from bodyschema.answers.picture_trust import counts, picture_trust
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import Errors
-from bodyschema.estimation.prediction import length_quantile
+from bodyschema.estimation.prediction import length_quantile, predict_error
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.judging.calibration import Calibration
 from bodyschema.learners.images.hand_track import HandPose, HandTracker
@@ -217,10 +217,11 @@ def track_answer(
             "corrections": {} if fit.lost else corrections(estimate),
             "kept": list(kept),
             "pictures": counts(fit, names),
+            "hand_in_camera_m_95": _in_camera_95(found),
             "next_posture": following,
             "gains": [] if telling is None else gains(telling, estimate.variables),
         },
-        predicted_95=_predicted_95(found),
+        predicted_95=_predicted_95(found, hand, q),
     )
     answer = answer.believed(picture_trust(fit, found.before, found.after))
     sections = (Pictures(evidence), Moments(evidence), NextPosture(answer.details), Trust(evidence))
@@ -234,8 +235,20 @@ def _accuracy(distances: Mapping[int, float]) -> Accuracy:
     return Accuracy({key: errors}, {key: len(distances)}) if distances else Accuracy({}, {})
 
 
-def _predicted_95(found: Tracked) -> float | None:
-    """m: that the hand is off in the first camera, over all moments; none if there was no body."""
+def _predicted_95(found: Tracked, hand: str, q: Array) -> float | None:
+    """m: that the corrected robot's hand is off in its base, over all moments; none without a body.
+
+    Where the hand is before a camera is another question, with the lens in it: each moment's pose
+    has a covariance of its own.
+    """
+    if found.fit.lost:
+        return None
+    estimate = found.fit.estimate
+    return predict_error(estimate, q, estimate.reference.frames[0], hand).position_overall
+
+
+def _in_camera_95(found: Tracked) -> float | None:
+    """m: that the hand is off before the first camera, over all moments."""
     if found.fit.lost:
         return None
     return length_quantile([pose.covariance[:3, :3] for pose in found.poses], np.inf, 0.95)
