@@ -191,7 +191,7 @@ def test_progress_is_told() -> None:
     said: list[str] = []
     calibrate(body, [seen], UNKNOWN, groups=["offsets"], progress=said.append)
     assert said[:2] == ["other declarations", "5-fold test of frames only"]
-    assert said[-1] == "residual fields"
+    assert said[-1] == "residual fields, and what disagrees"
     assert "5-fold test of joint offsets" in said
 
 
