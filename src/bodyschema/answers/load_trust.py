@@ -163,8 +163,11 @@ def _mended(held: HeldRecording) -> Trust | None:
     if not held.mended:
         return None
     best = {one.family: one for one in held.mended}
-    said = [_cause(one, sum(o.gamma for o in held.mended if o.family == one.family))
-            for one in best.values()]  # fmt: skip
+    whole = {
+        family: np.sum([o.gamma for o in held.mended if o.family == family], axis=0)
+        for family in best
+    }
+    said = [_cause(one, whole[family]) for family, one in best.items()]
     shares = [
         f"{100 * min(max(o.share for o in held.mended if o.family == family), 1.0):.0f} %"
         for family in best

@@ -120,8 +120,8 @@ def other_declarations(declared: WristDeclaration) -> Mapping[str, WristDeclarat
     for axis in (*np.eye(3), *-np.eye(3)):
         x, y, z = (strength * axis).tolist()
         if not np.allclose((x, y, z), declared.down, atol=0.1 * strength):
-            words = f"down = [{x:.4g}, {y:.4g}, {z:.4g}] under [motion]"
-            trials[words] = replace(declared, down=(x, y, z))
+            entry = f"down = [{x:.4g}, {y:.4g}, {z:.4g}] under [motion]"
+            trials[entry] = replace(declared, down=(x, y, z))
     turned = replace(declared.sensor, known="no")
     trials['known = "no" under [sensor]'] = replace(declared, sensor=turned)
     return trials
