@@ -195,7 +195,7 @@ def cause(family, share, criterion, bias):
 
 def test_what_a_cause_must_be_to_contradict():
     def level(*causes):
-        return weighing._of_rivals(causes, 1e-3, 5e-3)
+        return weighing._of_rivals(causes, 1e-3)
 
     sure = level(cause("lag", 0.8, 200.0, 5e-3), cause("gear", 0.4, 60.0, 2e-3))
     assert (sure.level, "Perhaps" in sure.reasons[0]) == ("contradicted", False)

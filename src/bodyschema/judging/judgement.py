@@ -187,7 +187,7 @@ def _answered(
             check_clock(trial.fullest, senses, seed), instead=weighing.rather_than("lag")
         ),
         n_rows=len(np.unique(np.concatenate([sense.rows for sense in senses]))),
-        predicted_95=weighing.total,
+        predicted_95=weighing.total if pairs else None,
         weighing=weighing,
     )
     return found.believed(weighing.trust)

@@ -110,6 +110,8 @@ def _waves(e: Effects, joints: list[int]) -> list[Rival]:
 
 
 def _sags(e: Effects, joints: list[int]) -> list[Rival]:
+    if not e.targets:
+        return []
     seen = e.burden(e.scores.q)
     there = [e.burden(target.q) for target in e.targets]
     found = []

@@ -159,7 +159,7 @@ def weighed_up(
     total = float(np.sqrt(core**2 + max(by_rival, split) ** 2 + field**2 + excess**2))
     trust = Trust()
     if rivals:
-        trust = trust.also(_of_rivals(rivals, core, total))
+        trust = trust.also(_of_rivals(rivals, core))
     if total > WIDENED * core:
         trust = trust.also(_of_size(core, total, split_words, field, excess))
     trust = trust.also(_of_colour(scores, larger, seed))
@@ -203,7 +203,7 @@ def _core(scores: Scores, fullest: Estimate, wanted: Sequence[Target]) -> tuple[
         # An online learner may not have arrived.
         ahead = length_95(J @ scores.step)
         pairs.append((stated, max(stated * np.sqrt(inflation(scores, J)), between, ahead)))
-    return max(s for s, _ in pairs), max(float(c) for _, c in pairs)
+    return max((s for s, _ in pairs), default=0.0), max((float(c) for _, c in pairs), default=0.0)
 
 
 def _split(scores: Scores, wanted: Sequence[Target]) -> tuple[float, str]:
@@ -241,7 +241,7 @@ def _excess(fit: Estimate) -> float:
     return LENGTH_95 * max(sizes, default=0.0)
 
 
-def _of_rivals(rivals: Sequence[Weighed], core: float, total: float) -> Trust:
+def _of_rivals(rivals: Sequence[Weighed], core: float) -> Trust:
     """What the best rival says, beside its runner-up of another kind."""
     best = rivals[0]
     if best.bias < core and best.share < MOST_OF_IT:

@@ -15,13 +15,16 @@ from bodyschema.learners.images.picture_weights import PictureWeights
 GOOD = {0: 1.0, 1: 2.0}
 
 
-def fit(used: int, of: int, unknowns: int = 2, contradiction: float = 1.0) -> Any:
+def fit(
+    used: int, of: int, unknowns: int = 2, contradiction: float = 1.0, masked: bool = True
+) -> Any:
     weights = PictureWeights(
         np.where(np.arange(of) < used, 0.9, 0.05)[:, None], np.array([0.9, 0.3])
     )
     apart = SimpleNamespace(
         contradiction=contradiction, kappa=contradiction, by_piece=contradiction, by_moment=1.0,
         by_half=1.0, by_doubt=1.0, piece_shares=np.array([0.1, 0.9]), names=("upper", "fore"),
+        masked=masked,
     )  # fmt: skip
     model = SimpleNamespace(
         wanted=range(unknowns), surface=SimpleNamespace(frames=("upper", "fore"))
@@ -48,8 +51,10 @@ def test_pictures_that_agree_are_good() -> None:
         (fit(2, 2), GOOD, "limited", "rests on 2 moments"),
         (fit(3, 3, unknowns=19), GOOD, "contradicted", "19 unknowns ask for 4 or more"),
         (fit(10, 10), {0: 4.0, 1: 5.0}, "contradicted", "4.5 pixels off after the correction"),
-        (fit(10, 10, contradiction=8.9), GOOD, "good", ""),
-        (fit(10, 10, contradiction=9.1), GOOD, "limited", "most of all 'fore' (perhaps its mesh"),
+        (fit(10, 10, contradiction=2.2), GOOD, "good", ""),
+        (fit(10, 10, contradiction=2.3), GOOD, "limited", "most of all 'fore' (perhaps its mesh"),
+        (fit(10, 10, contradiction=8.9, masked=False), GOOD, "good", ""),
+        (fit(10, 10, contradiction=9.1, masked=False), GOOD, "limited", "3.0 times"),
     ],
 )
 def test_what_speaks_against_an_answer(
