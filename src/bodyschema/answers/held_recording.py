@@ -164,7 +164,8 @@ def hold(
     notes += [_late(lag)] if lag else []
     events, fit = fitted(samples)
     share = float(fit.unexplained.max())
-    hint = better_declaration(table, declared, how, moving, share)
+    lever = max(float(np.linalg.norm(load.com)) for load in fit.loads.values())
+    hint = better_declaration(table, declared, how, moving, share, lever)
     mended = tuple[WeighedRival, ...]()
     known = empty is None
     if not hint:

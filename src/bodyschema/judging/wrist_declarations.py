@@ -42,6 +42,11 @@ POOR = 0.1
 DOUBTFUL, MUCH = 0.01, 0.3
 """Share from which other entries are tried, and what one must bring it down to, to be named."""
 
+LONG = 0.6
+"""m from the sensor, beyond which a load's centre is no usual one. A unit of torque scales centre
+and moments and explains nothing better: only where the centre is odd may another unit be named, or
+a load that slips would be blamed on the unit that makes its torques next to nothing."""
+
 AS_WELL = 1.3
 """Entries that explain nearly as much as the best are named with it."""
 
@@ -133,6 +138,7 @@ def better_declaration(
     motion: MotionReading,
     moving: bool,
     share: float,
+    lever: float,
 ) -> str:
     """The entry that, written otherwise, would explain the wrench; "" if there is none.
 
@@ -142,11 +148,14 @@ def better_declaration(
         motion: how it is read.
         moving: whether its rows are moments of a motion.
         share: of the wrench that the load leaves unexplained as declared.
+        lever: m, of its centre of mass as declared.
     """
     if share <= DOUBTFUL:
         return ""
     found = dict[str, float]()
     for words, trial in other_declarations(declared).items():
+        if lever <= LONG and words.startswith(("torque_unit", "force_unit")):
+            continue
         try:
             means = load_means(motion, table.read(trial).samples, moving, trial.sensor)
             fit = fit_payload([Part(means, ("load",))], load_learner(trial))

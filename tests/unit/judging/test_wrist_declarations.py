@@ -29,12 +29,11 @@ WRENCH = WrenchColumns(("fx", "fy", "fz", "tx", "ty", "tz"), "sensor", "on_objec
 RIGHT = WristDeclaration(WRENCH, PoseColumns(("x", "y", "z", "qx", "qy", "qz", "qw")))
 
 
-@pytest.fixture(scope="module")
-def table() -> WristTable:
-    """Eight seconds of a box."""
+def recorded(*held: Held) -> WristTable:
+    """Eight seconds of what is held."""
     rng = np.random.default_rng(5)
     motion, sensor = draw_motion(rng, 8.0, 0.5, 100.0), draw_sensor(rng, 0.01)
-    samples = record(motion, [Held(0.0, wire_box())], sensor, rng)
+    samples = record(motion, held, sensor, rng)
     assert samples.rotation is not None
     turn = lie.quaternion_xyzw(samples.rotation)
     values = np.column_stack([samples.time, samples.wrench, samples.position, turn])
@@ -42,8 +41,14 @@ def table() -> WristTable:
     return WristTable(Recording("log", dict(zip(names, values.T, strict=True)), {}))
 
 
+@pytest.fixture(scope="module")
+def table() -> WristTable:
+    """Of a box."""
+    return recorded(Held(0.0, wire_box()))
+
+
 def test_a_right_declaration_is_left_alone(table: WristTable) -> None:
-    assert better_declaration(table, RIGHT, MotionReading(), True, 0.002) == ""
+    assert better_declaration(table, RIGHT, MotionReading(), True, 0.002, 0.1) == ""
 
 
 @pytest.mark.parametrize(
@@ -63,7 +68,19 @@ def test_a_right_declaration_is_left_alone(table: WristTable) -> None:
 def test_the_entry_that_is_wrong_is_named(
     table: WristTable, wrong: WristDeclaration, words: str
 ) -> None:
-    assert better_declaration(table, wrong, MotionReading(), True, 0.5) == words
+    assert better_declaration(table, wrong, MotionReading(), True, 0.5, 0.93) == words
+
+
+def test_a_load_that_slips_is_no_unit_of_torque() -> None:
+    # Torques of a thousandth leave next to nothing to explain; no reason to name their unit.
+    box = wire_box()
+    slips = [replace(box, com=box.com + np.array([0.0, 0.01 * k, 0.0])) for k in range(6)]
+    table = recorded(*(Held(1.3 * k, one) for k, one in enumerate(slips)))
+    odd, usual = (
+        better_declaration(table, RIGHT, MotionReading(), True, 0.2, c) for c in (0.9, 0.1)
+    )
+    assert 'torque_unit = "Nmm"' in odd
+    assert "unit" not in usual
 
 
 def test_each_trial_changes_one_entry() -> None:
