@@ -106,7 +106,7 @@ class Calibration:
     """Whether it is about joints or frames of the robot, which are then written."""
     details: Mapping[str, Any] = field(default_factory=dict)
     """What a verb found besides, in the plain types of JSON; SI."""
-    trust: Trust = Trust()  # noqa: RUF009  (a frozen record)
+    trust: Trust = field(default_factory=Trust)
     """Whether to believe it, and why not."""
     predicted_95: float | None = None
     """m: the error that what was asked for (a tool, a camera) stays below with 95 %, all that is

@@ -108,7 +108,7 @@ def test_travel_goes_to_the_nearest_next() -> None:
     assert travel_order(q, np.array([0.5, 0.0])).tolist() == [1, 3, 0, 2]
 
 
-def test_limits_that_were_left_do_not_bind(calibrated) -> None:  # type: ignore[no-untyped-def]
+def test_limits_that_were_left_do_not_bind(calibrated) -> None:
     """lower = upper = 0, as exporters write it, of joints that were recorded elsewhere."""
     world = calibrated()
     body = world.estimate.body

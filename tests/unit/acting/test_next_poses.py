@@ -107,7 +107,7 @@ def test_bad_requests_are_refused(calibrated) -> None:  # type: ignore[no-untype
         plan_poses(nothing, [world.sense], 2)
 
 
-def test_no_posture_is_asked_for_twice(calibrated) -> None:  # type: ignore[no-untyped-def]
+def test_no_posture_is_asked_for_twice(calibrated) -> None:
     """Candidates that are one posture, as those of joints without a range, count once."""
     world = calibrated()
     found = find_candidates(world.estimate.body, [world.sense], 3, np.random.default_rng(0))

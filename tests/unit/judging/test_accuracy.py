@@ -53,7 +53,7 @@ def test_it_speaks_of_positions_first() -> None:
 
     senses = [Force(), points(body, postures(1, body, rng), rng)]
     row, all_good = np.ones((1, 3)), np.array([True])
-    found = Accuracy.of(senses, [row, 2 * row], [all_good, all_good])  # type: ignore[list-item]
+    found = Accuracy.of(senses, [row, 2 * row], [all_good, all_good])
     assert list(found.errors) == [POSITION, FORCE]
     name, unit, errors = found.main
     assert (name, unit, errors.rms) == ("position", "m", pytest.approx(2 * np.sqrt(3)))

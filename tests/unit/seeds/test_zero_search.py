@@ -27,7 +27,7 @@ def fitted(body: Body, sense: Sense) -> tuple[float, Body]:
     found = search_zeros(body, [sense], body.joints)
     assert found is not None
     zeros = {j: float(o) for j, o in zip(body.joints, found.offset, strict=True) if o}
-    problem = Problem(body, (sense,), dict(UNKNOWN), body.joints, zeros=zeros)  # type: ignore[arg-type]
+    problem = Problem(body, (sense,), dict(UNKNOWN), body.joints, zeros=zeros)
     estimate = problem.fit(problem.variables(("offsets",)), problem.senses)
     left = sense.residual(estimate.body)[:, :3]
     return float(np.median(np.linalg.norm(left, axis=1))), estimate.body
@@ -51,7 +51,7 @@ def test_a_zero_of_half_a_turn_may_end_a_little_beyond() -> None:
     body = seen_arm(5, rng)
     sense = poses(turned(body, [0, 0, 190, 0, 0]), postures(30, body, rng), rng)
     zeros = {body.joints[2]: 3.0}
-    problem = Problem(body, (sense,), dict(UNKNOWN), body.joints, zeros=zeros)  # type: ignore[arg-type]
+    problem = Problem(body, (sense,), dict(UNKNOWN), body.joints, zeros=zeros)
     found = problem.fit(problem.variables(("offsets",)), problem.senses)
     assert np.rad2deg(found.x[2]) == pytest.approx(190, abs=0.5)
     frames = problem.fit(problem.variables(()), problem.senses)

@@ -190,7 +190,7 @@ def test_good_recordings_get_no_name(case: str, kind: str) -> None:
         sense = (points if kind == "points" else poses)(truth, postures(n, body, rng), rng)
         bad = rng.random(n) < share
         shift = rng.uniform(-0.3, 0.3, (n, 3)) * bad[:, None]
-        assert not named(body, moved(sense, lambda p, shift=shift: p + shift))  # type: ignore[misc]
+        assert not named(body, moved(sense, lambda p, shift=shift: p + shift))
 
 
 def test_zeros_a_quarter_turn_off_are_no_declaration() -> None:
