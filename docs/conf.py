@@ -16,7 +16,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "plain_docstrings",
-    "public_names",
+    "reference_pages",
 ]
 exclude_patterns = ["_build", "_ext"]
 templates_path: list[str] = []
