@@ -5,9 +5,16 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+MOST_NAMES, LONGEST_NAME = 2000, 100
+"""Of names that a misspelt one is compared with, and letters of such a name."""
+
 
 class BodyschemaError(Exception):
     """Root of all errors raised on purpose by this library."""
+
+    def __str__(self) -> str:
+        # Messages quote names from files, which must not speak to a terminal.
+        return shown(super().__str__())
 
 
 class InputError(BodyschemaError):
@@ -25,13 +32,30 @@ class MissingExtraError(BodyschemaError):
         )
 
 
+def shown(text: str) -> str:
+    """A text with escapes, marks of direction and halves of characters written out.
+
+    Args:
+        text: as it stands in a file; new lines stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c == "\n" else _written(c) for c in text)
+
+
+def _written(letter: str) -> str:
+    return letter.encode("unicode_escape").decode("ascii")
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'x'?" for a close match, else the list of what exists."""
     names = [str(name) for name in known]
-    close = difflib.get_close_matches(word, names, n=3, cutoff=0.6)
+    # Likeness costs the square of a length, and nobody mistypes a page.
+    near = [name for name in names[:MOST_NAMES] if len(name) <= LONGEST_NAME]
+    close = difflib.get_close_matches(word[:LONGEST_NAME], near, n=3, cutoff=0.6)
     if close:
         return "; did you mean " + " or ".join(f"'{name}'" for name in close) + "?"
     if not names:
         return "; there are none."
-    shown = ", ".join(f"'{name}'" for name in names[:12])
-    return f"; there are: {shown}{' ...' if len(names) > 12 else ''}."
+    listed = ", ".join(f"'{name[:LONGEST_NAME]}'" for name in names[:12])
+    return f"; there are: {listed}{' ...' if len(names) > 12 else ''}."

@@ -24,7 +24,7 @@ keep the file's order in q. Without a camera the root looks.
 
 from __future__ import annotations
 
-import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from numbers import Real
@@ -33,6 +33,7 @@ from typing import Any
 
 import numpy as np
 
+from bodyschema.documents import toml_file
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.kernels import FIXED, PRISMATIC, REVOLUTE
 from bodyschema.model.tree import Body
@@ -90,17 +91,18 @@ class Arrangement:
 
     def from_the_root(self) -> list[str]:
         """Joints with parents before children. Raises InputError for a circle."""
-        order: list[str] = []
+        order, known = list[str](), {self.root}
         waiting = list(self.joints)
         while waiting:
-            ready = [j for j in waiting if self.joints[j].parent in (self.root, *order)]
+            ready = [j for j in waiting if self.joints[j].parent in known]
             if not ready:
                 raise InputError(
                     f"the joints {', '.join(waiting)} of {self.name} hang on each other in a "
                     f"circle; one of them must hang on the root '{self.root}'."
                 )
             order += ready
-            waiting = [joint for joint in waiting if joint not in ready]
+            known |= {*ready}
+            waiting = [joint for joint in waiting if joint not in known]
         return order
 
 
@@ -116,13 +118,9 @@ def read_arrangement(path: Path) -> Arrangement:
         InputError: the file is missing or malformed, a name is unknown or used twice, or joints
             hang on each other in a circle.
     """
-    if not path.is_file():
-        raise InputError(f"no arrangement at '{path}'; give the path of a TOML file.")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        # The parser names a key that is written twice, and the line.
-        raise InputError(f"'{path}' is not a readable arrangement: {error}.") from None
+    missing = f"no arrangement at '{path}'; give the path of a TOML file."
+    # The parser names a key that is written twice, and the line.
+    table = toml_file(path, missing, "not a readable arrangement")
     for key in table:
         if key not in KEYS:
             raise InputError(f"unknown key '{key}' in '{path.name}'{did_you_mean(key, KEYS)}")
@@ -133,15 +131,25 @@ def read_arrangement(path: Path) -> Arrangement:
     if not joints:
         raise InputError(f'{where} names no joint; add [joints] with lines like: elbow = "base".')
     found = Arrangement(
-        name=str(table.get("name", path.stem)),
-        root=str(table.get("root", "base")),
+        name=_text(table, "name", path.stem, where),
+        root=_text(table, "root", "base", where),
         joints=joints,
-        markers={name: str(on) for name, on in _table(table, "markers", where).items()},
+        markers={
+            name: _text({name: on}, name, "", f"[markers] of {where}")
+            for name, on in _table(table, "markers", where).items()
+        },
         camera=_camera(_table(table, "camera", where), where),
     )
     _check_names(found, where)
     found.from_the_root()
     return found
+
+
+def _text(table: Mapping[str, Any], key: str, usual: str, where: str) -> str:
+    value = table.get(key, usual)
+    if not isinstance(value, str):
+        raise InputError(f"{key} = {value!r:.60} in {where}; expected text.")
+    return value
 
 
 def _table(table: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
@@ -163,15 +171,19 @@ def _joint(name: str, entry: Any, where: str) -> JointEntry:
         if key not in known:
             raise InputError(f"unknown key '{key}' of joint '{name}'{did_you_mean(key, known)}")
     kind = values.get("kind", "revolute")
-    if kind not in KINDS:
-        raise InputError(f"kind '{kind}' of joint '{name}' in {where}{did_you_mean(kind, KINDS)}")
+    if not isinstance(kind, str) or kind not in KINDS:
+        hint = did_you_mean(str(kind), KINDS)
+        raise InputError(f"kind '{kind!s:.60}' of joint '{name}' in {where}{hint}")
     limits = values.get("limits", [-np.inf, np.inf])
-    numbers = isinstance(limits, list) and all(isinstance(end, Real) for end in limits)
+    numbers = isinstance(limits, list) and all(
+        isinstance(end, Real) and not isinstance(end, bool) for end in limits
+    )
     if not numbers or len(limits) != 2 or not limits[0] < limits[1]:
         raise InputError(
             f"limits of joint '{name}' in {where} must be two numbers (rad or m), the lower first."
         )
-    return JointEntry(str(values["parent"]), kind, (float(limits[0]), float(limits[1])))
+    parent = _text(values, "parent", "", f"joint '{name}' of {where}")
+    return JointEntry(parent, kind, (float(limits[0]), float(limits[1])))
 
 
 def _camera(entry: Mapping[str, Any], where: str) -> tuple[str, str] | None:
@@ -185,7 +197,8 @@ def _camera(entry: Mapping[str, Any], where: str) -> tuple[str, str] | None:
             )
     if "parent" not in entry:
         raise InputError(f'[camera] of {where} does not say what it hangs on; add: parent = "...".')
-    return str(entry.get("name", "camera")), str(entry["parent"])
+    where = f"[camera] of {where}"
+    return _text(entry, "name", "camera", where), _text(entry, "parent", "", where)
 
 
 def _check_names(found: Arrangement, where: str) -> None:
@@ -212,9 +225,4 @@ def _check_names(found: Arrangement, where: str) -> None:
 
 def _twice(names: Iterable[str]) -> str:
     """The first name that comes a second time; "" if none does."""
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            return name
-        seen.add(name)
-    return ""
+    return next((name for name, times in Counter(names).items() if times > 1), "")

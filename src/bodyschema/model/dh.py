@@ -24,10 +24,9 @@ A table in TOML or JSON:
 
 from __future__ import annotations
 
-import json
 import math
-import tomllib
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -37,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.documents import json_file, toml_file
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.kernels import FIXED, PRISMATIC, REVOLUTE
 from bodyschema.model.tree import Body
@@ -71,17 +71,15 @@ def read_dh(path: Path) -> Body:
     Raises:
         InputError: the file is missing, malformed, or has unknown keys.
     """
-    if not path.is_file():
-        raise InputError(f"no DH table at '{path}'; give the path of a TOML or JSON file.")
-    try:
-        text = path.read_text(encoding="utf-8")
-        table = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except (ValueError, UnicodeDecodeError) as error:
-        raise InputError(f"'{path}' is not a readable DH table: {error}.") from None
+    missing = f"no DH table at '{path}'; give the path of a TOML or JSON file."
+    read = json_file if path.suffix == ".json" else toml_file
+    table = read(path, missing, "not a readable DH table")
     _refuse_unknown(table, TABLE_KEYS, f"in '{path}'")
     listed = table.get("joint")
     if not isinstance(listed, list) or not listed:
         raise InputError(f"'{path}' has no [[joint]] rows; give one a joint.")
+    if not isinstance(table.get("name", ""), str):
+        raise InputError(f"name = {table['name']!r:.60} in '{path}'; expected text.")
     rows = []
     for number, row in enumerate(listed, start=1):
         _refuse_unknown(
@@ -116,8 +114,8 @@ def _numbers(values: Any, count: int, what: str, endless: bool = False) -> list[
     return [float(v) for v in listed]
 
 
-def _check_row(row: DHRow, known: Sequence[str]) -> None:
-    if not isinstance(row.name, str) or known.count(row.name) > 1:
+def _check_row(row: DHRow, times: Mapping[str, int]) -> None:
+    if not isinstance(row.name, str) or times[row.name] > 1:
         raise InputError(f"joint name '{row.name}' must be text, and used once; rename one.")
     if str(row.type) not in TYPES:
         raise InputError(
@@ -152,8 +150,9 @@ def body_from_dh(
     after = np.eye(4)
     placements = [np.eye(4)]
     limits: dict[str, tuple[float, float]] = {}
+    times = Counter(row.name for row in rows if isinstance(row.name, str))
     for row in rows:
-        _check_row(row, [one.name for one in rows])
+        _check_row(row, times)
         low, high = _numbers(row.limits, 2, f"limits of joint '{row.name}'", endless=True)
         limits[row.name] = low, high
         along_x = _screw([1.0, 0.0, 0.0], row.alpha, row.a)

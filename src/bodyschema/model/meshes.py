@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.documents import is_file, regular_file
 from bodyschema.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -19,6 +20,12 @@ Packages = Mapping[str, str | Path]
 
 Triangles = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices (n, 3) m and faces (m, 3), rows of the vertices, counter-clockwise from outside."""
+
+KINDS = (".stl", ".dae", ".obj", ".ply", ".off", ".glb", ".gltf")
+"""Of mesh files; no archives, which may hold more than fits the memory."""
+
+MOST_BYTES = 1 << 30
+"""Of a mesh file."""
 
 ROUND = 48
 """Sides of what stands for a circle: its outline is at most 0.2 % of the radius too narrow."""
@@ -40,9 +47,9 @@ def resolve_mesh(address: str, urdf: Path, packages: Packages) -> str:
         return str(Path(packages[package]) / inside)
     for folder in urdf.resolve().parents:
         for candidate in (folder / package / inside, folder / "share" / package / inside):
-            if candidate.is_file():
+            if is_file(candidate):
                 return str(candidate)
-        if folder.name == package and (folder / inside).is_file():
+        if folder.name == package and is_file(folder / inside):
             return str(folder / inside)
     return address
 
@@ -50,8 +57,8 @@ def resolve_mesh(address: str, urdf: Path, packages: Packages) -> str:
 def triangles_of(visual: Visual) -> Triangles:
     """The triangles of one visible shape, in the frame of its link.
 
-    Meshes may be of any kind that trimesh reads (STL, DAE, OBJ ...). The unit that a DAE file
-    states is heeded and its "up" axis is not, as ROS does it.
+    Meshes are of one of `KINDS`. The unit that a DAE file states is heeded and its "up" axis is
+    not, as ROS does it.
 
     Raises:
         InputError: the mesh file is missing or cannot be read.
@@ -81,11 +88,13 @@ def triangles_of(visual: Visual) -> Triangles:
 
 def _read(trimesh: Any, visual: Visual) -> Any:
     path = Path(visual.mesh)
-    if not path.is_file():
-        raise InputError(
-            f"the mesh '{visual.mesh}' of link '{visual.frame}' was not found; name the folder of "
-            "its package when the robot is read, or leave the link out."
-        )
+    missing = (
+        f"the mesh '{visual.mesh}' of link '{visual.frame}' was not found; name the folder of its "
+        "package when the robot is read, or leave the link out."
+    )
+    regular_file(path, missing, MOST_BYTES)
+    if path.suffix.lower() not in KINDS:
+        raise _unreadable(visual, f"it is of kind '{path.suffix}'")
     try:
         scene = trimesh.load_scene(path)
         if path.suffix.lower() == ".dae":

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema import lie
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model import chart
+from bodyschema.model.body_check import refuse_large, span
 from bodyschema.model.kernels import FIXED, REVOLUTE
 from bodyschema.model.parts import Part
 from bodyschema.model.variables import Variables
@@ -173,7 +174,8 @@ class Body:
         order = tuple(joints or [c for c in moving if c not in follow])
         leader = {c: follow.get(c, (c, 1.0, 0.0)) for c in moving}
         driver = [order.index(leader[c][0]) if c in leader else -1 for c in carriers]
-        spans = [(limits or {}).get(j, (-np.inf, np.inf)) for j in order]
+        spans = [span((limits or {}).get(j, (-np.inf, np.inf))) for j in order]
+        refuse_large(name, placement, [follow[joint][1:] for joint in follow])
         return cls(
             name=name,
             frames=tuple(frames),

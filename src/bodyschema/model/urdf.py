@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.documents import file_bytes
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.kernels import FIXED, PRISMATIC, REVOLUTE
 from bodyschema.model.meshes import Packages, resolve_mesh
@@ -33,6 +34,9 @@ KINDS = {
     "floating": FIXED,
     "planar": FIXED,
 }
+MOST_LINKS = 10_000
+"""Of one robot: the largest that are known have three hundred."""
+
 HELD = ("floating", "planar")
 """Joints that no encoder reads: they are held at their origins, and the body says so."""
 
@@ -53,10 +57,9 @@ def read_urdf(path: Path, packages: Packages, arguments: Mapping[str, str] | Non
 
 def urdf_text(path: Path, packages: Packages, arguments: Mapping[str, str] | None = None) -> bytes:
     """The URDF as bytes, xacro expanded with its arguments."""
-    if not path.is_file():
-        raise InputError(f"no robot description at '{path}'; give the path of a URDF file.")
+    text = file_bytes(path, f"no robot description at '{path}'; give the path of a URDF file.")
     if path.suffix != ".xacro":
-        return path.read_bytes()
+        return text
     return expanded(path, packages, arguments or {})
 
 
@@ -69,17 +72,20 @@ def parse_urdf(text: bytes, path: Path, packages: Packages) -> Body:
     if robot.tag != "robot":
         raise InputError(f"'{path}' is no URDF: its root is <{robot.tag}>, expected <robot>.")
     joints, links = _by_name(robot, "joint", path), list(_by_name(robot, "link", path))
+    if len(links) > MOST_LINKS:
+        raise InputError(f"'{path}' has {len(links)} links; at most {MOST_LINKS} are read.")
     order = _sorted_joints(joints, links, path)
     movers = [name for name, joint in joints.items() if KINDS[_kind(joint)] != FIXED]
     followers = [name for name in movers if joints[name].find("mimic") is not None]
     mimics = {name: _mimic(joints[name], movers, path) for name in followers}
     mimics = {name: _leader(name, mimics, path) for name in mimics}
     frames = [order[0], *(_child(joints[name]) for name in order[1:])]
+    place = {frame: k for k, frame in enumerate(frames)}
     return Body.build(
         name=robot.get("name", path.stem),
         frames=frames,
         carriers=["", *order[1:]],
-        parent=[-1, *(frames.index(_parent(joints[name])) for name in order[1:])],
+        parent=[-1, *(place[_parent(joints[name])] for name in order[1:])],
         kind=[FIXED, *(KINDS[_kind(joints[name])] for name in order[1:])],
         axis=[[0.0, 0.0, 1.0], *(_axis(joints[name], path) for name in order[1:])],
         placement=[np.eye(4), *(_origin(joints[name], path) for name in order[1:])],

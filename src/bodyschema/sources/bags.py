@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from bodyschema.documents import is_file, regular_file
 from bodyschema.errors import InputError, MissingExtraError, did_you_mean
 from bodyschema.sources.recording import Recording
 
@@ -32,7 +33,7 @@ ENDINGS = (".mcap", ".bag", ".db3")
 def is_bag(path: str | Path) -> bool:
     """Whether a name is that of a bag, or of a topic of one."""
     place = Path(str(path).partition(MARK)[0])
-    return place.suffix in ENDINGS or (place / "metadata.yaml").is_file()
+    return place.suffix in ENDINGS or is_file(place / "metadata.yaml")
 
 
 def topics_of(path: str | Path) -> tuple[str, ...]:
@@ -89,18 +90,22 @@ def read_bag(path: str | Path) -> Recording:
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise MissingExtraError("rosbags", "bags", f"reading '{path.name}'") from None
-    if not path.exists():
-        raise InputError(f"no recording at '{path}'; give the path of a bag or an MCAP file.")
+    missing = f"no recording at '{path}'; give the path of a bag or an MCAP file."
+    if not is_file(path / "metadata.yaml"):
+        regular_file(path, missing)
     place = path.parent if path.suffix == ".db3" else path
     try:
         with AnyReader([place], default_typestore=get_typestore(Stores.LATEST)) as reader:
             yield reader
-    except AnyReaderError as error:
-        raise InputError(f"'{path}' is no bag that can be read: {error}.") from None
+    except InputError:
+        raise
+    except Exception as error:  # of a reader, a decompressor, a database, a parser of messages
+        reason = str(error).partition("\n")[0].rstrip(".") or type(error).__name__
+        raise InputError(f"'{path}' is no bag that can be read: {reason}.") from None
 
 
 def _row(message: Any, stamp: int) -> list[tuple[str, float]]:

@@ -11,7 +11,7 @@ they are when asking the recording for them.
 
 from __future__ import annotations
 
-import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,13 +20,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.errors import InputError, MissingExtraError, did_you_mean
+from bodyschema.documents import is_file, json_file, regular_file
+from bodyschema.errors import InputError, did_you_mean
+from bodyschema.sources.parquet import parquet_table
 from bodyschema.sources.recording import Recording
 
 Array = NDArray[np.float64]
 
 INFO = Path("meta/info.json")
 STATE = "observation.state"
+PURPOSE = "reading LeRobot data sets"
+
+FIELD = re.compile(r"\{(\w+)(?::0?([1-9])d?)?\}")
+"""What a path may have in braces: a name, and to how many digits its number is filled up."""
 
 PICTURES = (
     "; a video per camera is needed. Where its pictures are single files, make a video of those of "
@@ -57,7 +63,7 @@ class _Files(NamedTuple):
 
 def is_lerobot(folder: Path) -> bool:
     """Whether the folder holds a LeRobot data set."""
-    return (folder / INFO).is_file()
+    return is_file(folder / INFO)
 
 
 def open_episode(folder: Path, episode: int = 0, camera: str | None = None) -> Episode:
@@ -73,7 +79,7 @@ def open_episode(folder: Path, episode: int = 0, camera: str | None = None) -> E
         MissingExtraError: pyarrow is not installed.
     """
     info = read_info(folder)
-    count = int(info.get("total_episodes", episode + 1))
+    count = _whole(info, "total_episodes", episode + 1, folder)
     if not 0 <= episode < count:
         raise InputError(f"no episode {episode} in '{folder}'; there are 0 to {count - 1}.")
     features = info["features"]
@@ -101,12 +107,10 @@ def read_info(
         InputError: no data set, another version, or a key is missing.
     """
     path = folder / INFO
-    try:
-        info = json.loads(path.read_text(encoding="utf-8"))
-    except OSError:
-        raise InputError(f"'{folder}' is no LeRobot data set: it has no {INFO}.") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"'{path}' is no readable JSON: {error}.") from None
+    missing = f"'{folder}' is no LeRobot data set: it has no {INFO}."
+    info = json_file(path, missing, "no readable JSON")
+    if not isinstance(info, Mapping):
+        raise InputError(f"'{path}' holds no table of keys, so it is no LeRobot data set.")
     version = str(info.get("codebase_version", "unknown"))
     if not version.startswith(("v2", "v3")):
         raise InputError(
@@ -116,6 +120,11 @@ def read_info(
     if absent:
         way = PICTURES if absent[0] == "video_path" else ""
         raise InputError(f"'{path}' does not state '{absent[0]}'{way}.")
+    features = info.get("features", {})
+    if not isinstance(features, Mapping) or not all(
+        isinstance(feature, Mapping) for feature in features.values()
+    ):
+        raise InputError(f"the features in '{path}' must be a table of tables, one of each column.")
     return dict(info)
 
 
@@ -140,19 +149,61 @@ def _known(camera: str, keys: Sequence[str]) -> str:
 def _files(folder: Path, info: Mapping[str, Any], episode: int, key: str) -> _Files:
     """Where the states and the video of an episode are."""
     data, video = str(info["data_path"]), str(info["video_path"])
+    if str(info["codebase_version"]).startswith("v2"):
+        size = _whole(info, "chunks_size", 1000, folder)
+        chunk = episode // max(size, 1)
+        place: dict[str, int | str] = {
+            "episode_index": episode,
+            "episode_chunk": chunk,
+            "video_key": key,
+        }
+        return _Files(_inside(folder, data, place), _inside(folder, video, place), 0.0)
+    found = _listed(folder, episode, key)
     try:
-        if str(info["codebase_version"]).startswith("v2"):
-            chunk = episode // int(info.get("chunks_size", 1000))
-            place = {"episode_index": episode, "episode_chunk": chunk, "video_key": key}
-            return _Files(folder / data.format(**place), folder / video.format(**place), 0.0)
-        found = _listed(folder, episode, key)
         states = {name: int(found[f"data/{name}"]) for name in ("chunk_index", "file_index")}
         seen = {name: int(found[f"videos/{key}/{name}"]) for name in states}
-    except (KeyError, ValueError) as error:
-        raise InputError(f"'{folder / INFO}' has a path with an unknown part: {error}.") from None
-    begin = float(found[f"videos/{key}/from_timestamp"])
-    path = folder / video.format(**seen, video_key=key)
-    return _Files(folder / data.format(**states), path, begin)
+        begin = float(found[f"videos/{key}/from_timestamp"])
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(
+            f"the tables of '{folder / 'meta' / 'episodes'}' do not say in numbers where episode "
+            f"{episode} is."
+        ) from None
+    path = _inside(folder, video, {**seen, "video_key": key})
+    return _Files(_inside(folder, data, states), path, begin)
+
+
+def _whole(info: Mapping[str, Any], key: str, usual: int, folder: Path) -> int:
+    """A whole number that the data set states, or the usual one."""
+    value = info.get(key, usual)
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise InputError(f"{key} = {value!r:.60} in '{folder / INFO}'; expected a whole number.")
+    return value
+
+
+def _inside(folder: Path, pattern: str, place: Mapping[str, int | str]) -> Path:
+    """A path of the data set; `place` says what stands in its braces.
+
+    Raises:
+        InputError: other things in braces, or a place outside of the folder.
+    """
+
+    def filled(match: re.Match[str]) -> str:
+        if match[1] not in place or (match[2] and isinstance(place[match[1]], str)):
+            raise InputError(f"'{folder / INFO}' has a path with an unknown part: {match[0]}.")
+        return str(place[match[1]]).zfill(int(match[2] or 0))
+
+    if re.search(r"[{}]", FIELD.sub("", pattern)):
+        raise InputError(
+            f"'{folder / INFO}' has the path '{pattern[:100]}'; only {{name}} and {{name:03d}} may "
+            "stand in it."
+        )
+    inner = Path(FIELD.sub(filled, pattern))
+    if inner.is_absolute() or ".." in inner.parts:
+        raise InputError(
+            f"'{folder / INFO}' names '{str(inner)[:100]}', which is outside of its folder; a data "
+            "set has all its files inside."
+        )
+    return folder / inner
 
 
 def _listed(folder: Path, episode: int, key: str) -> dict[str, float]:
@@ -171,43 +222,54 @@ def _read_states(path: Path, episode: int) -> tuple[Array, Array]:
     columns = _read(path, ["timestamp", STATE], episode)
     if not len(columns["timestamp"]):
         raise InputError(f"'{path}' has no rows of episode {episode}.")
-    time = np.ravel(np.asarray(columns["timestamp"], dtype=np.float64))
-    try:
-        states = np.array([np.ravel(row) for row in columns[STATE]], dtype=np.float64)
-    except ValueError:
-        raise InputError(f"the rows of '{STATE}' in '{path}' differ in length.") from None
+    time = np.ravel(numbers(columns["timestamp"], "timestamp", path))
+    states = numbers(columns[STATE], STATE, path).reshape(len(columns[STATE]), -1)
+    if len(time) != len(states):
+        raise InputError(f"the times in '{path}' are lists of several; expected one a row.")
     return time - time[0], states
+
+
+def numbers(rows: Sequence[Any], name: str, path: Path) -> Array:
+    """Rows of a column as an array of numbers, nothing being nan.
+
+    Raises:
+        InputError: texts, or rows of several lengths.
+    """
+    try:
+        return np.array(rows, dtype=np.float64)
+    except (ValueError, TypeError, OverflowError):
+        raise InputError(
+            f"the rows of '{name}' in '{path}' differ in length, or are no numbers."
+        ) from None
 
 
 def _read(path: Path, names: Sequence[str], episode: int) -> dict[str, list[Any]]:
     """Columns of a Parquet file, of one episode's rows."""
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ImportError:
-        raise MissingExtraError("pyarrow", "data", "reading LeRobot data sets") from None
-    try:
-        with pq.ParquetFile(there(path)) as file:
-            known = file.schema_arrow.names
-            absent = [name for name in ("episode_index", *names) if name not in known]
-            if absent:
-                raise InputError(f"'{path}' has no column '{absent[0]}'.")
-            table = file.read(columns=["episode_index", *names])
-    except (pa.ArrowException, OSError) as error:
-        reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(f"'{path}' is no whole Parquet file: {reason}.") from None
-    rows = np.flatnonzero(np.ravel(table.column("episode_index").to_numpy()) == episode)
+    wanted = ["episode_index", *names]
+
+    def chosen(known: Sequence[str]) -> list[str]:
+        absent = [name for name in wanted if known.count(name) != 1]
+        if absent:
+            raise InputError(f"'{path}' has no column '{absent[0]}', or several.")
+        return wanted
+
+    table = parquet_table(there(path), PURPOSE, chosen)
+    numbers_of = table.column("episode_index").to_pylist()
+    rows = np.array([i for i, number in enumerate(numbers_of) if number == episode], dtype=np.int64)
     taken = table.take(rows)
     return {name: taken.column(name).to_pylist() for name in names}
 
 
 def there(path: Path) -> Path:
     """The path, if a file is there that holds more than a reference to what Git LFS stores."""
-    if not path.is_file():
-        raise InputError(f"no file at '{path}', which the data set names; was it downloaded whole?")
-    with path.open("rb") as file:
-        if file.read(40).startswith(b"version https://git-lfs"):
-            raise InputError(f"'{path}' is only a Git LFS reference; run 'git lfs pull' there.")
+    regular_file(path, f"no file at '{path}', which the data set names; was it downloaded whole?")
+    try:
+        with path.open("rb") as file:
+            start = file.read(40)
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}.") from None
+    if start.startswith(b"version https://git-lfs"):
+        raise InputError(f"'{path}' is only a Git LFS reference; run 'git lfs pull' there.")
     return path
 
 
@@ -217,6 +279,7 @@ def state_names(stated: Any, count: int) -> tuple[str, ...]:
         stated = next(iter(stated.values()))
     if isinstance(stated, list) and len(stated) == 1 and isinstance(stated[0], list):
         stated = stated[0]
-    if isinstance(stated, list) and len(stated) == count and len(set(stated)) == count:
-        return tuple(str(name) for name in stated)
+    names = tuple(str(name) for name in stated) if isinstance(stated, list) else ()
+    if len(names) == count and len(set(names)) == count:
+        return names
     return tuple(f"state_{i}" for i in range(count))

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.errors import InputError, MissingExtraError
-from bodyschema.sources.lerobot import STATE, read_info, state_names, there
+from bodyschema.errors import InputError
+from bodyschema.sources.lerobot import PURPOSE, STATE, numbers, read_info, state_names, there
+from bodyschema.sources.parquet import parquet_table
 from bodyschema.sources.recording import Recording
 
 Array = NDArray[np.float64]
@@ -49,7 +50,9 @@ def read_lerobot_table(folder: Path) -> Recording:
     lengths = {len(values) for values in made.values()}
     if len(lengths) != 1 or TIME not in made:
         raise InputError(f"the Parquet files of '{folder}' do not have the same columns.")
-    order = np.lexsort((made[TIME], made.get(EPISODE, np.zeros(lengths.pop()))))
+    episode = made.get(EPISODE, np.zeros(lengths.pop()))
+    _refuse_back(made[TIME], episode, folder)
+    order = np.lexsort((made[TIME], episode))
     made = {name: values[order] for name, values in made.items()}
     made[TIME] = _onward(made[TIME])
     return Recording(f"'{folder.name}'", made, {})
@@ -57,36 +60,41 @@ def read_lerobot_table(folder: Path) -> Recording:
 
 def _columns(path: Path, features: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
     """Columns of numbers of one file, features of several numbers apart."""
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ImportError:
-        raise MissingExtraError("pyarrow", "data", "reading LeRobot data sets") from None
-    try:
-        with pq.ParquetFile(there(path)) as file:
-            known = file.schema_arrow.names
-            table = file.read([name for name in known if _numeric(features, name)])
-    except (pa.ArrowException, OSError) as error:
-        reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(f"'{path}' is no whole Parquet file: {reason}.") from None
+    table = parquet_table(
+        there(path), PURPOSE, lambda known: [name for name in known if _numeric(features, name)]
+    )
     for name in table.column_names:
-        try:
-            values = np.array(table.column(name).to_pylist(), dtype=np.float64)
-        except ValueError:
-            raise InputError(f"the rows of '{name}' in '{path}' differ in length.") from None
-        values = values.reshape(len(values), -1)
+        values = numbers(table.column(name).to_pylist(), name, path)
+        values = values.reshape(len(values), -1) if values.size else values.reshape(len(values), 1)
         if values.shape[1] == 1 and name != STATE:
             yield name, values[:, 0]
             continue
-        stated = features.get(name, {}).get("names")
+        stated = _feature(features, name).get("names")
         inner = state_names(stated, values.shape[1])
         for i, own in enumerate(inner):
             yield own if name == STATE else f"{name}.{own}", values[:, i]
 
 
+def _refuse_back(time: Array, episode: Array, folder: Path) -> None:
+    """Sorting would hide that a clock was set back in the middle of an episode."""
+    back = np.flatnonzero((np.diff(time) < 0) & (np.diff(episode) == 0))
+    if len(back):
+        row = int(back[0])
+        raise InputError(
+            f"{TIME} goes back by {time[row] - time[row + 1]:.3g} s in row {row + 1} of "
+            f"'{folder.name}', within episode {episode[row]:.0f}; leave that episode out, or "
+            "repair its times."
+        )
+
+
 def _numeric(features: Mapping[str, Any], name: str) -> bool:
-    kind = str(features.get(name, {}).get("dtype", ""))
+    kind = str(_feature(features, name).get("dtype", ""))
     return name in (TIME, EPISODE) or kind.startswith(("float", "int"))
+
+
+def _feature(features: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found: Mapping[str, Any] = features.get(name, {})
+    return found
 
 
 def _onward(time: Array) -> Array:

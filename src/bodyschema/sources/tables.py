@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -10,11 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.atomic import new_file
+from bodyschema.documents import regular_file
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.sources.bags import is_bag, read_bag
 from bodyschema.sources.conversions import conversion
 from bodyschema.sources.lerobot import is_lerobot
 from bodyschema.sources.lerobot_table import read_lerobot_table
+from bodyschema.sources.parquet import parquet_table
 from bodyschema.sources.recording import Recording, beside
 
 Array = NDArray[np.float64]
@@ -49,8 +52,7 @@ def _open_one(path: Path) -> Recording:
     way = conversion(path)
     if way:
         raise InputError(f"'{path}' is no table of columns: {way}")
-    if not path.is_file():
-        raise InputError(f"no recording at '{path}'; give the path of a CSV or Parquet file.")
+    regular_file(path, f"no recording at '{path}'; give the path of a CSV or Parquet file.")
     if path.suffix == ".csv":
         return _read_csv(path)
     if path.suffix == ".parquet":
@@ -67,7 +69,7 @@ def _read_csv(path: Path) -> Recording:
             file.seek(0)
             lines = csv.reader(file, delimiter=mark, skipinitialspace=True)
             rows = [row for row in lines if row]
-    except (csv.Error, UnicodeDecodeError) as error:
+    except (csv.Error, UnicodeDecodeError, OSError) as error:
         raise InputError(f"'{path}' is no readable CSV text: {error}.") from None
     if len(rows) < 2:
         raise InputError(f"'{path}' has no data; expected a line of column names, then rows.")
@@ -106,23 +108,15 @@ def _separator(header: str, first: str) -> str:
 
 
 def _refuse_repeated(header: Sequence[str], path: Path) -> None:
-    repeated = [name for name in header if header.count(name) > 1]
+    repeated = [name for name, times in Counter(header).items() if times > 1]
     if repeated:
         raise InputError(f"'{path}' has two columns named '{repeated[0]}'; rename one.")
 
 
 def _read_parquet(path: Path) -> Recording:
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ImportError:
-        raise MissingExtraError("pyarrow", "data", f"reading '{path.name}'") from None
-    try:
-        with pq.ParquetFile(path) as file:
-            table = file.read()
-    except (pa.ArrowException, OSError) as error:
-        reason = str(error).splitlines()[0].rstrip(".")
-        raise InputError(f"'{path}' is no whole Parquet file: {reason}.") from None
+    table = parquet_table(path)
+    import pyarrow as pa
+
     _refuse_repeated(table.column_names, path)
     if not table.num_rows:
         raise InputError(f"'{path}' has no data; expected named columns with rows.")
@@ -143,10 +137,17 @@ def _read_parquet(path: Path) -> Recording:
     return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
 
 
-def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
+def write_table(
+    path: str | Path, columns: Mapping[str, ArrayLike], overwrite: bool = True
+) -> None:
     """Write columns of equal length to a .csv or .parquet file, whole or not at all.
 
     Numbers are written so that they read back exactly; NaN is written as an empty cell.
+
+    Args:
+        path: of the file.
+        columns: by name.
+        overwrite: replace a file that is there; otherwise it is refused.
 
     Raises:
         InputError: no columns, columns of unequal length or of more than one axis, an unknown kind
@@ -159,7 +160,7 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
         raise InputError(f"columns must be flat and equally long; they have the shapes {shapes}.")
     if target.suffix not in READERS:
         raise InputError(f"cannot write '{target}'; expected a name ending in .csv or .parquet.")
-    with new_file(target) as temporary:
+    with new_file(target, overwrite) as temporary:
         if target.suffix == ".csv":
             _write_csv(temporary, arrays)
         else:

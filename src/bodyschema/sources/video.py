@@ -20,7 +20,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.documents import file_bytes, is_file, regular_file
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.sources.picture_size import MOST_PIXELS, picture_size
 
 if TYPE_CHECKING:
     from av.container import InputContainer
@@ -30,6 +32,20 @@ Pixels = NDArray[np.uint8]
 
 PICTURES = frozenset((".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp", ".ppm", ".pgm"))
 """Endings of the files of a folder that are taken for frames."""
+
+
+PLACE = re.compile(r"\{row(?::(0?\d{0,2}))?\}")
+"""Where the number of a row stands in a name, and to how many places it is filled up."""
+
+PROTOCOLS, FORMATS = (
+    "file",
+    "mov,matroska,avi,mpegts,mpeg,mpegvideo,flv,ogg,asf,ivf,h264,hevc,gif,wav",
+)
+"""What the decoder may open: playlists, which name other files and addresses, are no videos."""
+
+
+MOST_BYTES = 1 << 30
+"""Of the file of one picture."""
 
 
 @dataclass(frozen=True)
@@ -150,27 +166,45 @@ def read_picture(path: Path) -> Pixels:
         import cv2
     except ImportError:
         raise MissingExtraError("opencv-python-headless", "vision", "reading pictures") from None
-    picture: Any = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    content = file_bytes(path, f"no picture at '{path}': it does not exist.", MOST_BYTES)
+    width, height = picture_size(content) or (0, 0)
+    if width * height > MOST_PIXELS:
+        raise InputError(
+            f"the picture '{path}' says that it has {width} x {height} pixels; at most "
+            f"{MOST_PIXELS / 1e6:.0f} million are read."
+        )
+    try:
+        picture: Any = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:
+        picture = None
     if picture is None:
-        state = "is no picture, or is cut off" if path.is_file() else "does not exist"
-        raise InputError(f"no picture at '{path}': it {state}.")
+        raise InputError(f"no picture at '{path}': it is no picture, or is cut off.")
     return np.ascontiguousarray(picture[..., ::-1])
+
+
+def numbered(pattern: str, row: int) -> str:
+    """The name of one picture of a pattern.
+
+    Args:
+        pattern: with {row} or {row:03} where the number goes, and nothing else in braces.
+        row: the number.
+
+    Raises:
+        InputError: no {row} in it, or other things in braces.
+    """
+    name, found = PLACE.subn(lambda place: format(row, place[1] or ""), pattern)
+    if not found or "{" in name or "}" in name:
+        raise InputError(f"'{pattern}' is no pattern; write {{row}} where the number goes.")
+    return name
 
 
 def _numbered(pattern: str) -> tuple[Path, ...]:
     """The files of a pattern, from row 0 on until one is missing."""
-    try:
-        paths = (Path(pattern.format(row=row)) for row in itertools.count())
-        first = next(paths)
-    except (KeyError, IndexError, ValueError):
-        raise InputError(
-            f"'{pattern}' is no pattern; write {{row}} where the number goes."
-        ) from None
-    if str(first) == pattern.format(row=1):
-        raise InputError(f"'{pattern}' names one file for all rows; write {{row}} in it.")
-    found = [first] if first.is_file() else []
+    paths = (Path(numbered(pattern, row)) for row in itertools.count())
+    first = next(paths)
+    found = [first] if is_file(first) else []
     for path in paths if found else ():
-        if not path.is_file():
+        if not is_file(path):
             break
         found.append(path)
     if not found:
@@ -180,9 +214,13 @@ def _numbered(pattern: str) -> tuple[Path, ...]:
 
 def _listed(folder: Path) -> tuple[Path, ...]:
     """The pictures of a folder, numbers in their names in order of size; nothing for a file."""
-    if not folder.is_dir():
+    try:
+        inside = list(folder.iterdir()) if folder.is_dir() else None
+    except (OSError, ValueError):
+        inside = None
+    if inside is None:
         return ()
-    found = [path for path in folder.iterdir() if path.suffix.lower() in PICTURES]
+    found = [path for path in inside if path.suffix.lower() in PICTURES]
     if not found:
         raise InputError(
             f"the folder '{folder}' holds no pictures; expected names ending in "
@@ -202,19 +240,27 @@ def _container(source: str) -> InputContainer:
         import av
     except ImportError:
         raise MissingExtraError("av", "vision", f"reading the video '{source}'") from None
-    if not Path(source).is_file():
-        raise InputError(f"no video at '{source}'; name a video file or a folder of pictures.")
+    missing = f"no video at '{source}'; name a video file or a folder of pictures."
+    path = regular_file(Path(source), missing)
+    allowed = {"protocol_whitelist": PROTOCOLS, "format_whitelist": FORMATS}
     try:
-        container = av.open(source)
-    except (av.FFmpegError, OSError) as error:
-        reason = error.strerror or type(error).__name__
+        container = av.open(f"file:{path}", options=allowed)
+    except (av.FFmpegError, OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or type(error).__name__
         raise InputError(
             f"'{source}' cannot be read as a video ({reason}); it may be cut off, or no video."
         ) from None
     if not container.streams.video:
         container.close()
         raise InputError(f"'{source}' holds no pictures, only other streams.")
-    if container.streams.video[0].codec_context is None:
+    shown = container.streams.video[0]
+    if shown.codec_context is not None and shown.width * shown.height > MOST_PIXELS:
+        container.close()
+        raise InputError(
+            f"the frames of '{source}' say that they have {shown.width} x {shown.height} pixels; "
+            f"at most {MOST_PIXELS / 1e6:.0f} million are read."
+        )
+    if shown.codec_context is None:
         container.close()
         raise InputError(
             f"'{source}' is in a code that no decoder here knows; convert it to H.264."

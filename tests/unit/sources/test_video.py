@@ -102,7 +102,7 @@ def test_a_video_without_a_decoder_is_told(tmp_path: Path) -> None:
         ("empty", "holds no pictures; expected"),
         ("i_{row}.png", "counted from 0"),
         ("{number}.png", "write {row}"),
-        ("{{row}}.png", "one file for all rows"),
+        ("{{row}}.png", "write {row}"),
         ("broken", "is no picture"),
     ],
 )

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.errors import InputError
-from bodyschema.sources.video import read_picture
-
-PLACE = re.compile(r"\{row(:\d+)?\}")
-"""Where the number of a row stands in a name."""
+from bodyschema.sources.video import PLACE, numbered, read_picture
 
 
 def picture_path(pattern: str, number: int) -> Path:
@@ -22,13 +17,7 @@ def picture_path(pattern: str, number: int) -> Path:
     Raises:
         InputError: the pattern has no {row} in it, or other names.
     """
-    try:
-        name = pattern.format(row=int(number))
-    except (KeyError, IndexError, ValueError):
-        name = ""
-    if not name or not PLACE.search(pattern):
-        raise InputError(f"'{pattern}' is no pattern; write {{row}} where the number goes.")
-    return Path(name)
+    return Path(numbered(pattern, int(number)))
 
 
 def read_pictures(pattern: str, numbers: NDArray[np.int64], masks: bool) -> list[NDArray[Any]]:
@@ -45,4 +34,7 @@ def read_pictures(pattern: str, numbers: NDArray[np.int64], masks: bool) -> list
 def files_of(pattern: str) -> list[str]:
     """The pictures of a pattern that are there."""
     path = Path(pattern)
-    return sorted(str(found) for found in path.parent.glob(PLACE.sub("*", path.name)))
+    try:
+        return sorted(str(found) for found in path.parent.glob(PLACE.sub("*", path.name)))
+    except (OSError, ValueError, NotImplementedError):  # no name that a file can have
+        return []
