@@ -33,6 +33,14 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def is_there(path: Path) -> bool:
+    """Whether anything is there; no name is too odd to ask."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
 def regular_file(path: Path, missing: str, most: int = 0) -> Path:
     """The path, if a regular file is there that is not too large.
 

@@ -2,6 +2,7 @@
 
 What is read is built by the types that the records declare, so a file can hold no other thing than
 such a record: a field that is missing takes its default, one that has another type is refused.
+An array without a number stands as {"empty": shape}, as [] would not say how many columns it has.
 """
 
 from __future__ import annotations
@@ -17,8 +18,14 @@ from bodyschema.errors import InputError
 
 Record = TypeVar("Record")
 
+EMPTY = "empty"
+"""Key of the shape of an array without a number."""
+
 JOINT = "|"
 """Between the words of a key that is a tuple of names."""
+
+DIMENSIONS, LONGEST = 8, 2**31
+"""Of an array without a number: more axes, or longer ones, nothing here has."""
 
 PLAIN: dict[str, type] = {"f": float, "i": int, "b": bool}
 """The type in JSON of the numbers of an array, by numpy's letter."""
@@ -43,7 +50,8 @@ def encoded(value: Any, skip: frozenset[str] = frozenset()) -> Any:
             for key, inner in value.items()
         }
     if isinstance(value, np.ndarray):
-        return encoded(value.tolist())
+        bare = value.ndim > 1 and not value.size
+        return {EMPTY: list(value.shape)} if bare else encoded(value.tolist())
     if isinstance(value, list | tuple):
         return [encoded(inner, skip) for inner in value]
     if isinstance(value, np.generic):
@@ -82,9 +90,21 @@ def _decoded(kind: Any, value: Any, where: str) -> Any:
     if origin is not None and issubclass(origin, Mapping):
         return _mapping(inner, value, where)
     if kind is float:
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        return float(value) if number or value in ("inf", "-inf", "nan") else _refuse(value, where)
+        return _number(value, where)
+    if kind is int and isinstance(value, bool):
+        return _refuse(value, where)
     return _expect(isinstance(value, kind), value, where, value)
+
+
+def _number(value: Any, where: str) -> float:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number and not (isinstance(value, str) and value in ("inf", "-inf", "nan")):
+        _refuse(value, where)
+    try:
+        return float(value)
+    except OverflowError:
+        _refuse(value, where)
+        raise
 
 
 def _record(kind: Any, value: Any, where: str) -> Any:
@@ -98,7 +118,10 @@ def _record(kind: Any, value: Any, where: str) -> Any:
             )
         elif entry.default is MISSING and entry.default_factory is MISSING:
             raise InputError(f"{where} lacks '{entry.name}'; it was not written by bodyschema.")
-    return kind(**made)
+    try:
+        return kind(**made)
+    except (TypeError, ValueError, IndexError, AttributeError):  # a record that looks at itself
+        return _refuse(value, where)
 
 
 def _union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
@@ -116,9 +139,28 @@ def _union(kinds: tuple[Any, ...], value: Any, where: str) -> Any:
 
 def _array(inner: tuple[Any, ...], value: Any, where: str) -> Any:
     scalar = get_args(inner[1])[0] if len(inner) > 1 and get_args(inner[1]) else np.float64
+    if isinstance(value, Mapping):
+        return _empty(scalar, value, where)
+    _expect(isinstance(value, list), value, where, None)
     try:
         return np.array(_numbers(PLAIN[np.dtype(scalar).kind], value, where), dtype=scalar)
     except (TypeError, ValueError, OverflowError):
+        return _refuse(value, where)
+
+
+def _empty(scalar: Any, value: Mapping[Any, Any], where: str) -> Any:
+    """An array of a shape in which a length is 0."""
+    shape = value.get(EMPTY)
+    if not isinstance(shape, list):
+        return _refuse(value, where)
+    lengths = all(
+        isinstance(n, int) and not isinstance(n, bool) and 0 <= n < LONGEST for n in shape
+    )
+    if not lengths or len(value) != 1 or len(shape) > DIMENSIONS or 0 not in shape:
+        return _refuse(value, where)
+    try:
+        return np.zeros(shape, dtype=scalar)
+    except ValueError:  # the other lengths together are more than any memory
         return _refuse(value, where)
 
 
@@ -143,6 +185,8 @@ def _tuple(inner: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
 def _mapping(inner: tuple[Any, ...], value: Any, where: str) -> dict[Any, Any]:
     _expect(isinstance(value, Mapping), value, where, None)
     paired = get_origin(inner[0]) is tuple
+    for key in value if paired else ():
+        _expect(key.count(JOINT) == len(get_args(inner[0])) - 1, key, where, None)
     return {
         tuple(key.split(JOINT)) if paired else key: _decoded(inner[1], v, f"{where}[{key}]")
         for key, v in value.items()
