@@ -6,7 +6,9 @@
             J_right(w) = 1 - (1-c)/t^2 W + (t-s)/t^3 W^2,  t = |w|,  W = [w]x
     link    l = l_0 + x
 
-All at once in one compiled pass: this runs at every step of the recursive learner.
+All at once in one compiled pass: this runs at every step of the recursive learner. Arrays are
+copied by loops and made outside: an assignment of slices would have their shapes told in a message,
+whose text alone takes the compiler four seconds, and each new array a tenth.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.model.compiled import step
 from bodyschema.model.kernels import AXIS, GEAR, LINK, OFFSET, PART, TURN, kernel
 
 Array = NDArray[np.float64]
@@ -23,9 +26,9 @@ SERIES_BELOW = 1e-3
 """rad; under it the quotients of trigonometric functions use their series (error < 1e-15)."""
 
 
-@kernel
-def tilt(axis: Array, basis: Array, b: Array, moved: Array, slope: Array) -> None:
-    """Move an axis over the sphere: fills moved (3,) and slope (3, 2) = d moved / d b."""
+@step
+def tilt(axis: Array, basis: Array, b: Array, slope: Array) -> None:
+    """Move an axis (3,) over the sphere, in place; fills slope (3, 2) = d axis / d b."""
     t = np.hypot(b[0], b[1])
     if t < SERIES_BELOW:
         sine, cubic = 1.0 - t * t / 6.0, -1.0 / 3.0 + t * t / 30.0
@@ -35,15 +38,15 @@ def tilt(axis: Array, basis: Array, b: Array, moved: Array, slope: Array) -> Non
     length = 0.0
     for i in range(3):
         normal = basis[i, 0] * b[0] + basis[i, 1] * b[1]
-        moved[i] = c * axis[i] + sine * normal
-        length += moved[i] * moved[i]
         for j in range(2):
             slope[i, j] = -axis[i] * b[j] * sine + basis[i, j] * sine + normal * b[j] * cubic
+        axis[i] = c * axis[i] + sine * normal
+        length += axis[i] * axis[i]
     for i in range(3):
-        moved[i] /= np.sqrt(length)
+        axis[i] /= np.sqrt(length)
 
 
-@kernel
+@step
 def turn(w: Array, rotation: Array, slope: Array) -> None:
     """Fills rotation (3, 3) = exp(w) and slope (3, 3) = J_right(w)."""
     t2 = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
@@ -52,18 +55,16 @@ def turn(w: Array, rotation: Array, slope: Array) -> None:
         sine, cosine, cubic = 1.0 - t2 / 6.0, 0.5 - t2 / 24.0, 1.0 / 6.0 - t2 / 120.0
     else:
         sine, cosine, cubic = np.sin(t) / t, (1.0 - np.cos(t)) / t2, (t - np.sin(t)) / (t * t2)
-    cross = np.zeros((3, 3))
-    cross[0, 1], cross[0, 2], cross[1, 2] = -w[2], w[1], -w[0]
-    cross[1, 0], cross[2, 0], cross[2, 1] = w[2], -w[1], w[0]
     for i in range(3):
         for j in range(3):
             square = w[i] * w[j] - (t2 if i == j else 0.0)
             one = 1.0 if i == j else 0.0
-            rotation[i, j] = one + sine * cross[i, j] + cosine * square
-            slope[i, j] = one - cosine * cross[i, j] + cubic * square
+            # W_ij = -w_k where i j k run as 0 1 2, w_k where they run backward.
+            cross = 0.0 if i == j else -w[3 - i - j] if (j - i) % 3 == 1 else w[3 - i - j]
+            rotation[i, j] = one + sine * cross + cosine * square
+            slope[i, j] = one - cosine * cross + cubic * square
 
 
-@kernel
 def deviate(
     code: Ints,
     index: Ints,
@@ -81,9 +82,33 @@ def deviate(
     `direction[p]` is the derivative of the axis, link or turn with respect to x[p], in the frame
     that `kernels.parameter_twist` expects; zero for offsets, gears and parts.
     """
-    frames = axis.shape[0]
-    local = np.zeros((frames, 3))
-    seen = np.zeros(frames, np.int64)
+    n = len(axis)
+    local, seen, slope = np.zeros((n, 3)), np.zeros(n, np.int64), np.zeros((n, 3, 3))
+    _deviate(
+        code, index, component, x, basis, axis, placement, gear, offset, direction,
+        local, seen, slope, np.zeros((3, 3)),
+    )  # fmt: skip
+
+
+@kernel
+def _deviate(
+    code: Ints,
+    index: Ints,
+    component: Ints,
+    x: Array,
+    basis: Array,
+    axis: Array,
+    placement: Array,
+    gear: Array,
+    offset: Array,
+    direction: Array,
+    local: Array,
+    seen: Ints,
+    slope: Array,
+    rotation: Array,
+) -> None:
+    """See `deviate`; the last four are room for each frame's b or w (n, 3), which of them it is
+    (n,), its slope (n, 3, 3), and one turn (3, 3). They come in as zeros."""
     for p in range(code.shape[0]):
         if code[p] >= PART:
             continue
@@ -98,21 +123,16 @@ def deviate(
         else:
             local[k, c] = x[p]
             seen[k] = code[p]
-    moved, slope = np.empty(3), np.zeros((frames, 3, 3))
-    rotation, old = np.empty((3, 3)), np.empty((3, 3))
-    for k in range(frames):
+    for k in range(axis.shape[0]):
         if seen[k] == AXIS:
-            tilt(axis[k], basis[k], local[k], moved, slope[k])
-            axis[k] = moved
+            tilt(axis[k], basis[k], local[k], slope[k])
         elif seen[k] == TURN:
             turn(local[k], rotation, slope[k])
-            old[:] = placement[k, :3, :3]
             for i in range(3):
+                a, b, c = placement[k, i, 0], placement[k, i, 1], placement[k, i, 2]
                 for j in range(3):
                     placement[k, i, j] = (
-                        old[i, 0] * rotation[0, j]
-                        + old[i, 1] * rotation[1, j]
-                        + old[i, 2] * rotation[2, j]
+                        a * rotation[0, j] + b * rotation[1, j] + c * rotation[2, j]
                     )
     for p in range(code.shape[0]):
         if code[p] == AXIS or code[p] == TURN:

@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.model.compiled import inlined
+from bodyschema.model.compiled import inlined, step
 from bodyschema.model.compiled import kernel as kernel
 from bodyschema.model.rigid import (
     IDENTITY,
@@ -45,7 +45,7 @@ PART = 5
 """Codes from here on belong to parts of the model that move no frame: kernels leave zeros."""
 
 
-@kernel
+@step
 def motion(kind: int, axis: Vector, theta: float, sine: float, cosine: float) -> Rigid:
     """M(theta) of one joint. Rodrigues: R = c 1 + s [a]x + (1 - c) a a^T."""
     x, y, z = axis
@@ -58,7 +58,7 @@ def motion(kind: int, axis: Vector, theta: float, sine: float, cosine: float) ->
     )  # fmt: skip
 
 
-@kernel
+@step
 def angle(kind: int, theta: float) -> tuple[float, float]:
     """Sine and cosine of the turn of a joint; only revolute joints turn."""
     return (np.sin(theta), np.cos(theta)) if kind == REVOLUTE else (0.0, 1.0)
@@ -91,7 +91,7 @@ def tree_poses(
             write(joint, out[n, k])
 
 
-@kernel
+@step
 def walk(
     path: Ints,
     climbed: int,
@@ -137,7 +137,7 @@ def relative_poses(
         walk(path, climbed, kind, axis, placement, theta[n], turn, joint, before, out[n])
 
 
-@kernel
+@step
 def joint_twists(
     path: Ints,
     climbed: int,
@@ -193,7 +193,7 @@ def parameter_twist(
     return turning(rotated(joint, local), joint, tip)
 
 
-@kernel
+@step
 def parameter_twists(
     climbed: int,
     place: Ints,

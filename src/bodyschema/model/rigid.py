@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.model.compiled import kernel
+from bodyschema.model.compiled import step
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -22,7 +22,7 @@ Rigid = tuple[float, float, float, float, float, float, float, float, float, flo
 IDENTITY: Rigid = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
-@kernel
+@step
 def read(T: Array) -> Rigid:
     """The values of a rigid 4x4 transform."""
     return (
@@ -32,7 +32,7 @@ def read(T: Array) -> Rigid:
     )  # fmt: skip
 
 
-@kernel
+@step
 def write(A: Rigid, out: Array) -> None:
     """Fill a 4x4 array; the last row of a rigid transform is 0 0 0 1."""
     out[0, 0], out[0, 1], out[0, 2], out[0, 3] = A[0], A[1], A[2], A[3]
@@ -41,7 +41,7 @@ def write(A: Rigid, out: Array) -> None:
     out[3, 0], out[3, 1], out[3, 2], out[3, 3] = 0.0, 0.0, 0.0, 1.0
 
 
-@kernel
+@step
 def row(a: float, b: float, c: float, B: Rigid) -> tuple[float, float, float, float]:
     """(a, b, c) times the upper three rows of B."""
     return (
@@ -52,7 +52,7 @@ def row(a: float, b: float, c: float, B: Rigid) -> tuple[float, float, float, fl
     )
 
 
-@kernel
+@step
 def product(A: Rigid, B: Rigid) -> Rigid:
     """A B."""
     a, b, c, x = row(A[0], A[1], A[2], B)
@@ -61,7 +61,7 @@ def product(A: Rigid, B: Rigid) -> Rigid:
     return a, b, c, x + A[3], d, e, f, y + A[7], g, h, i, z + A[11]
 
 
-@kernel
+@step
 def quotient(A: Rigid, B: Rigid) -> Rigid:
     """A B^-1: with R = R_A R_B^T, the translation is t_A - R t_B."""
     a, b, c = rotated(B, (A[0], A[1], A[2]))
@@ -75,7 +75,7 @@ def quotient(A: Rigid, B: Rigid) -> Rigid:
     )  # fmt: skip
 
 
-@kernel
+@step
 def rotated(A: Rigid, v: Vector) -> Vector:
     """R v with the rotation part of a transform."""
     x, y, z = v
@@ -86,19 +86,19 @@ def rotated(A: Rigid, v: Vector) -> Vector:
     )
 
 
-@kernel
+@step
 def vector(v: Array) -> Vector:
     """The values of a 3-vector."""
     return v[0], v[1], v[2]
 
 
-@kernel
+@step
 def shifting(v: Vector) -> Twist:
     """The twist of a shift by v."""
     return v[0], v[1], v[2], 0.0, 0.0, 0.0
 
 
-@kernel
+@step
 def turning(w: Vector, joint: Rigid, tip: Rigid) -> Twist:
     """(w x (tip - joint), w): the twist at the tip of a rotation about a line through the joint."""
     a, b, c = w
