@@ -21,6 +21,9 @@ from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
 
+SIGNED, HEAD = "bodyschema plan", 512
+"""What a picture says it was drawn by, and in how many of its first bytes."""
+
 PLANNED, RANDOM = "#0a8f86", "#d9600f"
 INK, GREY, RULE, PAPER, SCENE = "#22272e", "#767676", "#e4e1da", "#ffffff", "#f7f5f1"
 
@@ -58,7 +61,8 @@ def draw_plan(plan: Plan, body: Body, senses: Sequence[Sense], path: str | Path)
     above = figure.add_axes((0.72, 0.115, 0.265, 0.66))
     _draw_views(side, above, plan, body, senses)
     target = Path(path)
-    figure.savefig(target, dpi=130, facecolor=PAPER)
+    signature = {"Software": SIGNED} if target.suffix == ".png" else None
+    figure.savefig(target, dpi=130, facecolor=PAPER, metadata=signature)
     return target
 
 
@@ -144,6 +148,12 @@ def _frame_view(axes: Any, names: str) -> None:
     axes.set_xlabel(f"{names[0]}, m", color=INK, fontsize=10.5)
     axes.text(0.015, 0.98, f"{names[1]}, m", transform=axes.transAxes, fontsize=10.5, color=INK,
               va="top")  # fmt: skip
+
+
+def is_plan_picture(path: Path) -> bool:
+    """Whether `draw_plan` drew a picture."""
+    with path.open("rb") as file:
+        return SIGNED.encode() in file.read(HEAD)
 
 
 def _skeleton(body: Body, plan: Plan) -> tuple[list[list[int]], list[int], list[int]]:

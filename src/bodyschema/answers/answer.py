@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bodyschema.acting.next_poses import Plan, plan_poses
+from bodyschema.atomic import found_again
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.double_zeros import double_zeros
@@ -218,6 +219,7 @@ def load(folder: str | Path) -> Answer:
         InputError: it holds no answer, or one of another version.
     """
     place = Path(folder)
+    found_again(place)
     path = (place.parent if place.is_file() else place) / ANSWER
     if not path.is_file():
         raise InputError(f"no {ANSWER} in '{folder}'; name a folder that bodyschema wrote.")

@@ -72,7 +72,7 @@ class Calibrate:
     base: str = ""
     """Link that the tracker, board or camera which gives the coordinates is fixed to; the root."""
     overwrite: bool = False
-    """Replace the output folder."""
+    """Replace an earlier result in the folder; nothing else is ever replaced."""
     force: bool = False
     """Write the result even when it was refused, or the data contradict it."""
     json: bool = False

@@ -9,8 +9,6 @@ from typing import Annotated
 
 import tyro
 
-from bodyschema.errors import InputError
-
 
 @dataclass(frozen=True)
 class Export:
@@ -23,29 +21,28 @@ class Export:
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("corrected.urdf")
     """File to write; the input is never touched."""
     overwrite: bool = False
-    """Replace the file if it is there."""
+    """Replace the file that --out names, if it is there."""
     json: bool = False
     """Print one JSON object instead of text."""
 
     def run(self) -> int:
         """Patch and write; see the module's text."""
         from bodyschema.answers.answer import load
-        from bodyschema.atomic import new_file
+        from bodyschema.atomic import check_new_file, new_file
         from bodyschema.export.corrections import corrected_body, corrected_urdf
         from bodyschema.export.double_zeros import double_zeros
+        from bodyschema.export.result_folder import refuse_inputs
         from bodyschema.model.urdf import parse_urdf, urdf_text
 
-        if self.out.resolve() == self.robot.resolve():
-            raise InputError(f"'{self.out}' is the input; name another file for the result.")
-        if self.out.exists() and not self.overwrite:
-            raise InputError(f"'{self.out}' exists; name another file or pass --overwrite.")
+        refuse_inputs(self.out, [self.robot, self.result])
+        check_new_file(self.out, self.overwrite)
         answer = load(self.result)
         packages = answer.run.get("packages", {})
         text = urdf_text(self.robot, packages, answer.run.get("robot_arguments", {}))
         nominal = parse_urdf(text, self.robot, packages)
         patched, changed = corrected_urdf(answer, text, nominal)
         notes = double_zeros(nominal, corrected_body(answer, nominal))
-        with new_file(self.out) as temporary:
+        with new_file(self.out, self.overwrite) as temporary:
             temporary.write_bytes(patched)
         if self.json:
             print(json.dumps({"urdf": str(self.out), "joints": changed, "notes": notes}))

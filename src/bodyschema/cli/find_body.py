@@ -60,7 +60,7 @@ class FindBody:
     pictures: int = 5
     """Pictures with the cells drawn in, evenly over the clip."""
     overwrite: bool = False
-    """Replace the output folder."""
+    """Replace an earlier result in the folder; nothing else is ever replaced."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -71,12 +71,13 @@ class FindBody:
         from bodyschema.cli.finding.body_search import search
         from bodyschema.cli.finding.evidence import write_evidence
         from bodyschema.cli.result import say
+        from bodyschema.export.result_folder import is_earlier
 
         self._check()
         clip = self._clip()
         _refuse_stillness(clip)
         finder = BodyFinder(clip.joints, self.cell, named(self.camera_joints, clip.joints))
-        with new_folder(self.out, self.overwrite) as folder:
+        with new_folder(self.out, self.overwrite, is_earlier) as folder:
             result = search(finder, clip, folder, self.pictures)
             answer = found_answer(
                 result.found, result.moving, len(clip), clip.left_out, self._asked(), result.seconds

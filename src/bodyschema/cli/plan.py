@@ -71,7 +71,7 @@ class PlanPoses:
     seed: int = 0
     """Of the candidates."""
     overwrite: bool = False
-    """Replace the files if they are there."""
+    """Replace the file that --out names and the picture of an earlier plan beside it."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -125,11 +125,21 @@ class PlanPoses:
         return 0
 
     def _check(self) -> None:
-        for path in (self.out, self.out.with_suffix(".png")):
-            if path.exists() and not self.overwrite:
-                raise InputError(f"'{path}' exists; name another file or pass --overwrite.")
+        from bodyschema.acting.plan_picture import is_plan_picture
+        from bodyschema.atomic import check_new_file
+        from bodyschema.export.result_folder import refuse_inputs
+
         if self.out.suffix not in (".csv", ".parquet"):
             raise InputError(f"'{self.out}' is neither .csv nor .parquet; name such a file.")
+        picture = self.out.with_suffix(".png")
+        for path in (self.out, picture):
+            refuse_inputs(path, [self.result, *([self.robot] if self.robot else [])])
+            check_new_file(path, self.overwrite)
+        if picture.exists() and not is_plan_picture(picture):
+            raise InputError(
+                f"'{picture}', where the picture of the plan would go, is not one that "
+                "bodyschema drew; move it away, or name another file with --out."
+            )
         for flag, value in (("--poses", self.poses), ("--candidates", self.candidates)):
             if value < 1:
                 raise InputError(f"{flag} {value} leaves nothing to choose; give at least 1.")
@@ -195,7 +205,7 @@ class PlanPoses:
 
         values = in_unit(plan.q[order], body, self.unit)
         columns = {j: np.round(values[:, body.joint_index(j)], 6) for j in plan.joints}
-        write_table(self.out, columns)
+        write_table(self.out, columns, self.overwrite)
 
     def _draw(
         self, plan: Plan, body: Body, senses: Sequence[Sense]
@@ -206,7 +216,7 @@ class PlanPoses:
 
         path = self.out.with_suffix(".png")
         try:
-            with new_file(path) as temporary:
+            with new_file(path, self.overwrite) as temporary:
                 draw_plan(plan, body, senses, temporary)
         except MissingExtraError as error:
             return None, [f"No picture was drawn: {error}"]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 import tyro
 
-from bodyschema.atomic import new_file
+from bodyschema.cli.result import PLAIN
 from bodyschema.errors import InputError, MissingExtraError, did_you_mean
 from bodyschema.studies.registry import PAPERS, STUDIES, study_class
 from bodyschema.studies.study import Result, Study
@@ -53,7 +53,7 @@ class RunStudy(Generic[AnyStudy]):
     """Folder, where finished tasks are not done again; studies/PAPER_FIGURE and what differs from
     the defaults when absent; with --json and no folder nothing is written."""
     overwrite: bool = False
-    """Begin anew in a folder that holds a study already."""
+    """Begin anew in a folder that holds a study; what it found is dropped at once."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -64,15 +64,18 @@ class RunStudy(Generic[AnyStudy]):
         self._check()
         messages = Console(stderr=True)
         ledger = self._ledger()
+        damaged = ledger.read().damaged if ledger is not None else 0
+        if damaged:
+            messages.print(_damage(damaged), **PLAIN)
         try:
             results = self._work(ledger, messages)
         except KeyboardInterrupt:
-            messages.print(_parting(ledger), highlight=False, markup=False, soft_wrap=True)
+            messages.print(_parting(ledger), **PLAIN)
             return INTERRUPTED
         summary = self.study.summary(results)
         text = json.dumps(summary, indent=None if self.json else 2, allow_nan=False)
         if ledger is not None:
-            self._write(ledger.folder, text, summary, results, messages)
+            self._write(ledger, text, summary, results, messages)
         if self.json:
             print(text)
         else:
@@ -125,7 +128,7 @@ class RunStudy(Generic[AnyStudy]):
 
     def _write(
         self,
-        folder: Path,
+        ledger: Ledger,
         text: str,
         summary: Mapping[str, Any],
         results: Mapping[str, Result],
@@ -139,10 +142,8 @@ class RunStudy(Generic[AnyStudy]):
         try:
             files |= picture_files(name, lambda: self.study.draw(summary, results))
         except MissingExtraError as missing:
-            messages.print(str(missing), highlight=False, markup=False, soft_wrap=True)
-        for file_name, content in files.items():
-            with new_file(folder / file_name) as fresh:
-                fresh.write_bytes(content)
+            messages.print(str(missing), **PLAIN)
+        ledger.keep(files)
 
     def _show(self, summary: Mapping[str, Any], console: Console) -> None:
         from rich.table import Table
@@ -190,6 +191,12 @@ def study_verb(arguments: Sequence[str]) -> RunStudy[Any] | ListStudies:
 def _word(value: object) -> str:
     """A setting as part of a folder's name."""
     return "-".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def _damage(lines: int) -> str:
+    """What is said of lines of tasks.jsonl that cannot be read."""
+    some = "1 line of tasks.jsonl is damaged" if lines == 1 else f"{lines} lines are damaged"
+    return f"{some} and left out; what stood there is done again."
 
 
 def _parting(ledger: Ledger | None) -> str:

@@ -44,7 +44,7 @@ class Track:
     overlays: int = 5
     """Pictures with the outline before (red) and after (green); 0 for none."""
     overwrite: bool = False
-    """Replace the output folder."""
+    """Replace an earlier result in the folder; nothing else is ever replaced."""
     force: bool = False
     """Write the result even when the data contradict it."""
     json: bool = False

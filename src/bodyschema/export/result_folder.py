@@ -8,6 +8,7 @@ calibration.yaml    where joints or frames were corrected: everything that was f
 kinematics.yaml     and the joint frames, for xacro
 transforms.yaml     cameras, trackers and tools that were estimated, if any
 payload.yaml        loads in the forms of controllers, where a wrist's were found
+.bodyschema.json    what of this bodyschema wrote, with hashes: only that is ever replaced
 
 When the verdict is "only frames", the joints of robot.urdf are as they were given, and without a
 frame of its own that was estimated it is the same bytes. Whether to write a result that was
@@ -18,11 +19,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from bodyschema.atomic import check_new_folder, new_folder
+from bodyschema.atomic.manifest import file_hash
+from bodyschema.atomic.places import resolved
 from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import calibration_text
 from bodyschema.export.documents import plain, versions
@@ -44,8 +49,11 @@ INPUT_KEYS = ("robot", "skeleton", "recording", "inputs")
 ANSWER, FORM = "answer.json", 2
 """The whole answer, and the version of its form."""
 
-MARKS = (ANSWER, "calibration.yaml")
-"""Files by which an earlier result is known, of which only it may be replaced."""
+EARLIER = re.compile(
+    r"(answer|run|estimate|track|found)\.json|(calibration|kinematics|transforms|payload)\.yaml|"
+    r"robot\.urdf|report\.html|evidence\.(csv|npz)|mask\.png|overlay(\.mp4|_\d+\.png)"
+)
+"""Names of files in the results of versions that did not list them."""
 
 UNPLACED = ("not known", "not found")
 """Verdicts after which no frame is published."""
@@ -87,8 +95,7 @@ def write_result(
     """
     inputs = list(inputs_of(source, run))
     refuse_inputs(folder, inputs)
-    check_place(folder, overwrite)
-    with new_folder(folder, overwrite) as fresh:
+    with new_folder(folder, overwrite, is_earlier) as fresh:
         names = write_files(calibration, nominal, source, fresh, run, more or {})
     return [folder / name for name in names]
 
@@ -114,7 +121,7 @@ def write_files(
 def check_place(folder: Path, overwrite: bool) -> None:
     """Refuse a folder that could not be written, before any work is spent.
 
-    Only a folder that holds an earlier result may be replaced.
+    Only an earlier result may be replaced, and it alone.
 
     Args:
         folder: for the result.
@@ -123,16 +130,21 @@ def check_place(folder: Path, overwrite: bool) -> None:
     Raises:
         InputError: it holds something else, or its place cannot be written.
     """
-    check_new_folder(folder, overwrite)
-    if folder.is_dir() and any(folder.iterdir()) and not _is_result(folder):
-        raise InputError(
-            f"'{folder}' holds something other than a result; --overwrite will not remove it, "
-            "name another folder."
-        )
+    check_new_folder(folder, overwrite, is_earlier)
 
 
-def _is_result(folder: Path) -> bool:
-    return any((folder / mark).is_file() for mark in MARKS)
+def is_earlier(folder: Path) -> bool:
+    """Whether a folder is the result of a version that did not list its files, and no more."""
+    try:
+        with os.scandir(folder) as found:
+            ours = all(
+                entry.is_file(follow_symlinks=False) and EARLIER.fullmatch(entry.name)
+                for entry in found
+            )
+        run = json.loads((folder / "run.json").read_text(encoding="utf-8")) if ours else {}
+        return "bodyschema" in run["versions"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return False
 
 
 def result_files(
@@ -216,20 +228,25 @@ def inputs_of(source: Path | None, run: Mapping[str, Any]) -> Iterator[Path]:
             seen.add(Path(value).resolve())
 
 
-def refuse_inputs(folder: Path, inputs: Sequence[Path]) -> None:
-    """Refuse a folder that holds an input or lies in one.
+def refuse_inputs(place: Path, inputs: Sequence[Path]) -> None:
+    """Refuse a folder or file that is an input, holds one, or lies in one.
 
     Raises:
         InputError: it would touch what was read.
     """
-    target = folder.resolve()
+    target = resolved(place)
     for path in inputs:
-        read = path.resolve()
-        if target == read or target in read.parents or (read.is_dir() and read in target.parents):
+        if _touches(target, resolved(path)):
             raise InputError(
-                f"the results cannot go to '{folder}': the input '{path}' lies there, and inputs "
+                f"the results cannot go to '{place}': the input '{path}' lies there, and inputs "
                 "are never touched; name another folder."
             )
+
+
+def _touches(target: Path, read: Path) -> bool:
+    if target == read or target in read.parents or (read.is_dir() and read in target.parents):
+        return True
+    return target.is_file() and read.is_file() and target.samefile(read)  # two names of one file
 
 
 def run_record(source: Path | None, run: Mapping[str, Any]) -> dict[str, Any]:
@@ -247,8 +264,7 @@ def run_record(source: Path | None, run: Mapping[str, Any]) -> dict[str, Any]:
 def sha256(path: Path) -> str:
     """Hash of a file, or of the names and hashes of all files of a folder, in hexadecimal."""
     if path.is_file():
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return file_hash(path)
     whole = hashlib.sha256()
     for inner in sorted(p for p in path.rglob("*") if p.is_file()):
         whole.update(f"{inner.relative_to(path).as_posix()}\0{sha256(inner)}\n".encode())

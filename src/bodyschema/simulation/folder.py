@@ -9,6 +9,7 @@ truth.json      for scoring only
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from dataclasses import asdict
 from pathlib import Path
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.atomic import new_folder
-from bodyschema.errors import InputError
 from bodyschema.simulation import icub
 from bodyschema.simulation.world import SimulatedRecording, true_frames
 from bodyschema.sources.tables import write_table
@@ -41,13 +41,11 @@ def write_simulation(
         overwrite: replace an older simulation.
 
     Raises:
-        InputError: the folder holds something else, or an older simulation without `overwrite`.
+        InputError: the folder holds something else, an older simulation without `overwrite`, or
+            one that was changed.
     """
     target = Path(folder)
-    foreign = foreign_files(target)
-    if foreign:
-        raise InputError(f"'{folder}' holds '{foreign[0]}', no simulation's; name another folder.")
-    with new_folder(target, overwrite) as fresh:
+    with new_folder(target, overwrite, is_earlier) as fresh:
         shutil.copyfile(icub.urdf_path(), fresh / "robot.urdf")
         write_table(fresh / "recording.csv", recording_columns(simulated))
         (fresh / "run.toml").write_text(run_text(), encoding="utf-8")
@@ -56,10 +54,17 @@ def write_simulation(
     return target
 
 
-def foreign_files(folder: Path) -> list[str]:
-    """Names in the folder that no simulation wrote, or all names if it is no whole simulation."""
-    names = sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
-    return [name for name in names if name not in FILES or not set(FILES) <= set(names)]
+def is_earlier(folder: Path) -> bool:
+    """Whether a folder is the simulation of a version that did not list its files, and no more."""
+    try:
+        with os.scandir(folder) as found:
+            ours = {entry.name: entry.is_file(follow_symlinks=False) for entry in found}
+        if ours != dict.fromkeys(FILES, True):
+            return False
+        truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+        return bool(truth["purpose"] == PURPOSE)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return False
 
 
 def recording_columns(simulated: SimulatedRecording) -> dict[str, Array]:

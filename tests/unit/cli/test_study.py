@@ -33,6 +33,7 @@ def test_text_shows_the_table_and_writes_the_folder(tmp_path, monkeypatch, capsy
     for words in ("mean", "paper", "Nothing is learned.", str(folder)):
         assert words in shown
     names = {"figure.png", "figure.svg", "study.json", "summary.json", "tasks.jsonl"}
+    names |= {".bodyschema.json"}
     assert {path.name for path in folder.iterdir()} == names
     assert len(json.loads((folder / "summary.json").read_text())["means"]) == 4
 

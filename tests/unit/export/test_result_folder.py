@@ -14,8 +14,15 @@ import pytest
 import yaml
 
 import bodyschema
+from bodyschema.atomic.manifest import MANIFEST
 from bodyschema.errors import InputError
-from bodyschema.export.result_folder import sha256, write_result
+from bodyschema.export.result_folder import (
+    check_place,
+    is_earlier,
+    refuse_inputs,
+    sha256,
+    write_result,
+)
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model.dh import read_dh
 from bodyschema.model.tree import Body
@@ -53,7 +60,7 @@ def test_a_urdf_comes_back_corrected(
     out = tmp_path / "out"
     written = write_result(case.calibration, case.nominal, source, out, {}, False)
     assert written == [out / name for name in FILES]
-    assert sorted(out.iterdir()) == sorted(written)
+    assert sorted(out.iterdir()) == sorted([*written, out / MANIFEST])
     assert worst_pose(read_urdf(out / "robot.urdf", {}), case.calibration.body) < 1e-9
     assert b"<!-- mine -->" in (out / "robot.urdf").read_bytes()
     assert source.read_bytes() == before
@@ -217,9 +224,65 @@ def test_results_are_kept_unless_told_otherwise(case: Any, source: Path, tmp_pat
     with pytest.raises(InputError, match="will not remove it"):
         write_result(case.calibration, case.nominal, source, out, {}, True)
     assert [path.name for path in out.iterdir()] == ["old"]
-    (out / "old").rename(out / "calibration.yaml")
+    (out / "old").unlink()
+    write_result(case.calibration, case.nominal, source, out, {}, False)
     write_result(case.calibration, case.nominal, source, out, {}, True)
-    assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
+    assert sorted(path.name for path in out.iterdir()) == sorted([*FILES, MANIFEST])
+    for name in ("notes.txt", ".git"):
+        (out / name).mkdir()
+        with pytest.raises(InputError, match=f"holds '{name}', which bodyschema did not write"):
+            write_result(case.calibration, case.nominal, source, out, {}, True)
+        (out / name).rmdir()
+    edited = out / "robot.urdf"
+    edited.write_bytes(edited.read_bytes() + b"<!-- mine -->")
+    with pytest.raises(InputError, match=r"'robot\.urdf' was changed since bodyschema wrote it"):
+        write_result(case.calibration, case.nominal, source, out, {}, True)
+    assert edited.read_bytes().endswith(b"mine -->")
+
+
+def test_a_result_of_an_earlier_version_is_known_by_its_names_and_its_record(
+    case: Any, source: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    write_result(case.calibration, case.nominal, source, out, {}, False)
+    (out / MANIFEST).unlink()
+    (out / "overlay_0007.png").touch()
+    assert is_earlier(out)
+    for name in ("notes.txt", "overlay_x.png", "src"):
+        (out / name).mkdir()
+        assert not is_earlier(out)
+        with pytest.raises(InputError, match="will not remove it"):
+            check_place(out, True)
+        (out / name).rmdir()
+    check_place(out, True)
+    record = (out / "run.json").read_text()
+    for other in ("{}", "no json", '{"versions": {"other": "1"}}', '{"versions": 1}', "[]"):
+        (out / "run.json").write_text(other)
+        assert not is_earlier(out)
+    (out / "run.json").write_text(record)
+    write_result(case.calibration, case.nominal, source, out, {}, True)
+    assert not (out / "overlay_0007.png").exists()
+
+
+def test_somebody_elses_calibration_yaml_is_no_result(
+    case: Any, source: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "calibration.yaml").write_text("camera: mine")
+    (out / "robot.urdf").write_text("<robot/>")
+    with pytest.raises(InputError, match=r"'calibration\.yaml', 'robot\.urdf', which is no result"):
+        write_result(case.calibration, case.nominal, source, out, {}, True)
+    assert (out / "calibration.yaml").read_text() == "camera: mine"
+
+
+def test_another_name_of_an_input_is_that_input(tmp_path: Path) -> None:
+    read, other = tmp_path / "in.urdf", tmp_path / "other.urdf"
+    read.touch()
+    other.hardlink_to(read)
+    with pytest.raises(InputError, match="inputs are never touched"):
+        refuse_inputs(other, [read])
+    refuse_inputs(tmp_path / "third.urdf", [read])
 
 
 def test_a_failure_leaves_nothing_behind(case: Any, source: Path, tmp_path: Path) -> None:

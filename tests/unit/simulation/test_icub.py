@@ -128,7 +128,7 @@ def test_encoder_noise_has_the_stated_size() -> None:
 def test_the_folder_holds_what_a_user_would_have(
     folder: Path, simulated: SimulatedRecording
 ) -> None:
-    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
+    assert sorted(path.name for path in folder.iterdir()) == sorted([*FILES, ".bodyschema.json"])
     assert (folder / "robot.urdf").read_bytes() == icub.urdf_path().read_bytes()
     columns = open_recording(folder / "recording.csv").columns
     marks = [f"{mark}_{axis}" for mark in icub.LANDMARKS for axis in "xyz"]
@@ -186,6 +186,14 @@ def test_a_folder_with_other_files_is_never_replaced(
     with pytest.raises(InputError, match=r"notes\.txt"):
         write_simulation(simulated, run, overwrite=True)
     assert (run / "notes.txt").read_text() == "mine"
+    (run / "notes.txt").unlink()
+    # What a version wrote that made no list is known by its names and by its purpose.
+    (run / ".bodyschema.json").unlink()
+    write_simulation(simulated, run, overwrite=True)
+    for spoilt in ((run / ".bodyschema.json").unlink, (run / "truth.json").unlink):
+        spoilt()
+    with pytest.raises(InputError, match="is no result"):
+        write_simulation(simulated, run, overwrite=True)
 
 
 def test_a_wrong_name_is_met_with_the_right_one() -> None:
