@@ -42,6 +42,7 @@ def run(arguments: Sequence[str]) -> int:
     from bodyschema.cli.study import ListStudies, study_verb
     from bodyschema.cli.touch import TouchVerb
     from bodyschema.cli.track import Track
+    from bodyschema.cli.view import View
 
     verbs = (
         Annotated[Calibrate, tyro.conf.subcommand("calibrate")]
@@ -49,7 +50,7 @@ def run(arguments: Sequence[str]) -> int:
         | Annotated[PlanPoses, tyro.conf.subcommand("plan")]
         | Annotated[Check, tyro.conf.subcommand("check")]
         | Annotated[Report, tyro.conf.subcommand("report")]
-        | Annotated[Report, tyro.conf.subcommand("view")]
+        | Annotated[View, tyro.conf.subcommand("view")]
         | Annotated[Export, tyro.conf.subcommand("export")]
         | Annotated[Track, tyro.conf.subcommand("track")]
         | Annotated[HandEyeVerb, tyro.conf.subcommand("hand-eye")]

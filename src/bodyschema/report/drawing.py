@@ -24,6 +24,16 @@ VISIBLE = 0.1
 VIEWS = (("front", 1, 2, "seen along -x"), ("side", 0, 2, "seen along y"))
 
 
+def exaggeration(length: float, size: float) -> int:
+    """The round number of times that a length is drawn too large to be seen beside a robot.
+
+    Args:
+        length: m.
+        size: of the robot, m.
+    """
+    return max((f for f in FACTORS if f * length <= VISIBLE * size), default=1)
+
+
 @dataclass(frozen=True)
 class Pose:
     """The drawn frames of both bodies in one posture."""
@@ -83,8 +93,7 @@ class Drawing:
         )
         moved = np.linalg.norm(after - before, axis=1)
         size = float(np.ptp(before, axis=0).max())
-        allowed = [f for f in FACTORS if f * moved.max() <= VISIBLE * size]
-        factor = max(allowed, default=1)
+        factor = exaggeration(float(moved.max()), size)
         name = estimate.body.frames[frames[int(np.argmax(moved))]]
         return Pose(frames, before, after, factor, float(moved.max()), name)
 
