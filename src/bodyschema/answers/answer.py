@@ -12,14 +12,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bodyschema.acting.next_poses import Plan, plan_poses
+from bodyschema.answers.loaded import checked
 from bodyschema.atomic import found_again
+from bodyschema.documents import is_file, json_file, regular_file
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.double_zeros import double_zeros
@@ -220,25 +221,33 @@ def load(folder: str | Path) -> Answer:
     """
     place = Path(folder)
     found_again(place)
-    path = (place.parent if place.is_file() else place) / ANSWER
-    if not path.is_file():
-        raise InputError(f"no {ANSWER} in '{folder}'; name a folder that bodyschema wrote.")
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        form = document.pop("form")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(
-            f"'{path}' cannot be read ({type(error).__name__}); make it again."
-        ) from None
+    path = (place.parent if is_file(place) else place) / ANSWER
+    document = _table(path, f"no {ANSWER} in '{folder}'; name a folder that bodyschema wrote.")
+    form = document.pop("form", None)
     if form != FORM:
-        raise InputError(f"'{path}' has form {form}, this version reads {FORM}; make it again.")
-    try:
-        answer = decoded(Answer, document)
-        run = json.loads((path.parent / "run.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
         raise InputError(
-            f"'{path}' cannot be read ({type(error).__name__}); make it again."
-        ) from None
+            f"'{path}' has form {form!r:.40}, this version reads {FORM}; make it again."
+        )
+    try:
+        answer = checked(decoded(Answer, document))
     except InputError as error:
         raise InputError(f"'{path}' is damaged: {error} Make it again.") from None
-    return replace(answer, run=run)
+    record = path.parent / "run.json"
+    missing = f"'{path}' cannot be read without {record.name} beside it; make it again."
+    return replace(answer, run=_table(record, missing))
+
+
+def _table(path: Path, missing: str) -> dict[str, Any]:
+    """A table of a result folder."""
+    regular_file(path, missing, MOST_BYTES)
+    try:
+        table = json_file(path, missing, "damaged and cannot be read", MOST_BYTES)
+    except InputError as error:
+        raise InputError(f"{error} Make it again.") from None
+    if not isinstance(table, dict):
+        raise InputError(f"'{path}' holds no table of keys; make it again.")
+    return table
+
+
+MOST_BYTES = 1 << 30
+"""Of answer.json: residuals of ten million samples."""

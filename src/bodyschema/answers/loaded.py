@@ -55,8 +55,8 @@ def checked(answer: Answer) -> Answer:
         raise InputError("compared names what errors are of, before and after.")
     if len(answer.predicted) != len(answer.predicted_anywhere):
         raise InputError("predicted and predicted_anywhere are of the same pairs of frames.")
-    if answer.weighing is not None and not answer.weighing.widening >= 1:
-        raise InputError(f"weighing widens by {answer.weighing.widening}, expected 1 or more.")
+    if answer.weighing is not None and not answer.weighing.widening > 0:
+        raise InputError(f"weighing widens by {answer.weighing.widening}, expected more than 0.")
     check_details(answer.verb, answer.details)
     return answer
 

@@ -167,6 +167,7 @@ def recheck_senses(
         )
     stream = None
     if is_stream(senses):
+        _refuse_back(senses)
         # Two tests share the allowed rate; the first takes the recording as one moment.
         moved = in_motion(senses)
         if max(len(sense) for sense in moved) < FEWEST:
@@ -182,6 +183,18 @@ def recheck_senses(
     size = f"{1e3 * test.position_rms:.2f} mm typical error over {rows} postures"
     then = "look at it, then calibrate anew from a fresh recording."
     return Recheck(test, rows, size, then), stream
+
+
+def _refuse_back(senses: Sequence[Sense]) -> None:
+    """A stream is watched in the order of its times, which sorting would make up."""
+    for sense in senses:
+        steps = np.diff(sense.time)
+        if len(steps) and steps.min() < 0:
+            at = int(steps.argmin())
+            raise InputError(
+                f"time goes back by {-steps[at]:.3g} s after row {int(sense.rows[at])} of "
+                f"{sense.label}; sort the rows, or check the recordings one by one."
+            )
 
 
 def thinned(senses: Sequence[Sense]) -> list[Sense]:

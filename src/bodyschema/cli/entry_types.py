@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import (
     Any,
@@ -22,6 +22,9 @@ from bodyschema.errors import InputError, did_you_mean
 Table = TypeVar("Table")
 
 WORDS = {str: "text", int: "a whole number", float: "a finite number", bool: "true or false"}
+
+LARGEST, SMALLEST = 1e18, 1e-18
+"""Of a number that is not 0: squares of others are none, and ticks of encoders have 53 bits."""
 
 
 @runtime_checkable
@@ -43,8 +46,7 @@ def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
     Raises:
         InputError: a key is unknown or missing, or a value does not fit.
     """
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
+    table = section(table, where)
     refuse_unknown(kind, table, where)
     for entry in fields(kind):  # type: ignore[arg-type]
         required = entry.default is MISSING and entry.default_factory is MISSING
@@ -56,6 +58,49 @@ def entry_of(kind: type[Table], table: Mapping[str, Any], where: str) -> Table:
     if isinstance(made, Checked):
         made.check(where)
     return made
+
+
+def section(value: Any, where: str) -> Mapping[str, Any]:
+    """A section of a file; anything else that stands in its place is refused.
+
+    Raises:
+        InputError: it is no table.
+    """
+    if not isinstance(value, Mapping):
+        raise InputError(f"{where} is {value!r:.80}; it must be a section with keys.")
+    return value
+
+
+def listed(value: Any, key: str, where: str, of: str) -> list[Any]:
+    """A list of a file; nothing for None.
+
+    Args:
+        value: as it stands.
+        key: its name.
+        where: for the message.
+        of: what it should be a list of.
+
+    Raises:
+        InputError: it is no list.
+    """
+    if value is None:
+        return []
+    if not isinstance(value, list | tuple):
+        raise InputError(f"{key} = {value!r:.80} in {where}; expected a list of {of}.")
+    return list(value)
+
+
+def files(value: Any, key: str, where: str, here: Path) -> tuple[str, ...]:
+    """Paths of one file or of several, from the folder `here`.
+
+    Raises:
+        InputError: it is no name and no list of names.
+    """
+    names = [value] if isinstance(value, str) else listed(value, key, where, "names of files")
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError(f"{key} = {name!r:.80} in {where}; expected the name of a file.")
+    return tuple(str(here / name) for name in names)
 
 
 def refuse_unknown(kind: type[Any], table: Mapping[str, Any], where: str) -> None:
@@ -101,7 +146,7 @@ def check_types(kind: type[Any], table: Mapping[str, Any], where: str) -> None:
     for name, value in table.items():
         if not fits(value, hints[name]):
             shown = list(value) if isinstance(value, tuple) else value
-            raise InputError(f"{name} = {shown!r} in {where}; expected {_said(hints[name])}.")
+            raise InputError(f"{name} = {shown!r:.200} in {where}; expected {_said(hints[name])}.")
 
 
 def fits(value: object, hint: Any) -> bool:
@@ -118,7 +163,9 @@ def fits(value: object, hint: Any) -> bool:
     if hint in (int, float) and isinstance(value, bool):
         return False
     if hint is float:
-        return isinstance(value, int | float) and math.isfinite(value)
+        return isinstance(value, int | float) and (value == 0 or SMALLEST < abs(value) < LARGEST)
+    if hint is int:
+        return isinstance(value, int) and abs(value) < LARGEST
     return isinstance(value, hint)
 
 

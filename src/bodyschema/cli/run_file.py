@@ -51,13 +51,20 @@ marker `hand` is then read from the columns hand_x, hand_y and hand_z, in m.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from bodyschema.cli.entry_types import entry_of, frozen, one_of, refuse_unknown
+from bodyschema.cli.entry_types import (
+    entry_of,
+    files,
+    frozen,
+    listed,
+    one_of,
+    refuse_unknown,
+    section,
+)
 from bodyschema.cli.reading.appended import with_appended
 from bodyschema.cli.reading.checks import check_keys
 from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
@@ -74,10 +81,14 @@ from bodyschema.cli.reading.run_entries import (
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.reading.wrist_sections import WristSections
 from bodyschema.cli.verb_sections import check_verb, take_sections
+from bodyschema.documents import toml_file
 from bodyschema.errors import InputError
 
 LEARNERS = ("batch", "gauss-newton", "smoother", "online-gradient", "pool")
 """All samples at once; or one after the other in one pass, see `judging.one_pass`."""
+
+MOST_FOLDS = 1000
+"""Of the held-out test: each is a fit."""
 
 PICTURES = ("masks", "images")
 """Keys of a sense that name pictures."""
@@ -122,8 +133,10 @@ class RunFile:
         Raises:
             InputError: in one sentence; `where` names the file.
         """
-        if self.folds < 2:
-            raise InputError(f"folds = {self.folds} in {where}; at least 2 are needed.")
+        if not 2 <= self.folds <= MOST_FOLDS:
+            raise InputError(f"folds = {self.folds} in {where}; give 2 to {MOST_FOLDS}.")
+        if self.seed < 0:
+            raise InputError(f"seed = {self.seed} in {where}; it is 0 or more.")
         one_of("learner", self.learner, LEARNERS, where)
         one_of("join", self.join, JOINS, where)
         if self.join == "time" and (self.hand_eye or self.wrist or self.pictures):
@@ -161,12 +174,8 @@ def read_run_file(path: Path, verb: str = "calibrate") -> RunFile:
     Raises:
         InputError: missing, malformed, a key unknown or missing, or of another verb.
     """
-    if not path.is_file():
-        raise InputError(f"no run file at '{path}'; give the path of a TOML file.")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"'{path}' is not valid TOML: {error}.") from None
+    missing = f"no run file at '{path}'; give the path of a TOML file."
+    table = toml_file(path, missing, "not valid TOML")
     run = run_from_table(table, path.resolve().parent, f"'{path.name}'")
     if run.hand_eye is not None and verb != "hand-eye":
         raise InputError(
@@ -188,31 +197,38 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         **table,
         "robot": _path(table.get("robot"), here),
         "skeleton": _path(table.get("skeleton"), here),
-        "recording": _files(table.get("recording", []), here),
+        "recording": files(table.get("recording"), "recording", where, here),
         "joints": joint_columns(table.get("joints", {}), f"[joints] of {where}"),
         "frames": {
             name: entry_of(FrameEntry, entry, f"[frames.{name}] of {where}")
-            for name, entry in table.get("frames", {}).items()
+            for name, entry in section(table.get("frames", {}), f"[frames] of {where}").items()
         },
         "senses": tuple(
             _sense(entry, here, f"[[senses]] {number} of {where}")
-            for number, entry in enumerate(table.get("senses", []), start=1)
+            for number, entry in enumerate(_entries(table, "senses", where), start=1)
         ),
         "parts": {
             name: _part(entry, f"[parts.{name}] of {where}")
-            for name, entry in table.get("parts", {}).items()
+            for name, entry in section(table.get("parts", {}), f"[parts] of {where}").items()
         },
         "wanted": tuple(
             entry_of(WantedEntry, entry, f"[[wanted]] {number} of {where}")
-            for number, entry in enumerate(table.get("wanted", []), start=1)
+            for number, entry in enumerate(_entries(table, "wanted", where), start=1)
         ),
         "hand_eye": _hand_eye(table.get("hand_eye"), f"[hand_eye] of {where}"),
         "free": entry_of(FreeEntry, table.get("free", {}), f"[free] of {where}"),
-        "packages": {k: str(here / v) for k, v in table.get("packages", {}).items()},
+        "packages": {
+            name: files(folder, name, f"[packages] of {where}", here)[0]
+            for name, folder in section(table.get("packages", {}), f"[packages] of {where}").items()
+            if _named(folder, name, f"[packages] of {where}")
+        },
         "robot_arguments": argument_words(table.get("robot_arguments", {})),
     }
     refuse_unknown(RunFile, entries, where)
-    appended = [_files(one, here) for one in _listed(entries.get("append"), where)]
+    appended = [
+        files(one, "append", where, here)
+        for one in listed(entries.get("append"), "append", where, "recordings")
+    ]
     entries |= with_appended(entries, appended, where)
     described = bool(entries["robot"]) + bool(entries["skeleton"])
     owned = entries["senses"] and all(entry.recording for entry in entries["senses"])
@@ -222,10 +238,10 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         raise InputError(f'{where} names no {missing}; add: {missing} = "path".')
     if described > 1:
         raise InputError(f"{where} names a robot and a skeleton; keep the one that you have.")
-    for section in ("frames", "parts"):
-        if entries["skeleton"] and entries[section]:
+    for part in ("frames", "parts"):
+        if entries["skeleton"] and entries[part]:
             raise InputError(
-                f"{where} has [{section}] beside a skeleton; name markers and camera in the "
+                f"{where} has [{part}] beside a skeleton; name markers and camera in the "
                 "arrangement."
             )
     return entry_of(RunFile, entries, where)
@@ -240,30 +256,29 @@ def _path(named: Any, here: Path) -> Any:
     return str(here / named) if isinstance(named, str) and named else named or ""
 
 
-def _listed(named: Any, where: str) -> list[Any]:
-    if not isinstance(named or [], list | tuple):
-        raise InputError(f"append = {named!r} in {where}; expected a list of recordings.")
-    return list(named or [])
+def _entries(table: Mapping[str, Any], key: str, where: str) -> list[Any]:
+    return listed(table.get(key), key, where, f"sections [[{key}]]")
 
 
-def _files(named: Any, here: Path) -> tuple[str, ...]:
-    """Paths of one file or of several."""
-    return tuple(str(here / one) for one in ([named] if isinstance(named, str) else named))
+def _named(name: Any, key: str, where: str) -> bool:
+    """Whether it is the name of a file or folder. Raises InputError for what is no name."""
+    if not isinstance(name, str):
+        raise InputError(f"{key} = {name!r:.80} in {where}; expected a path.")
+    return True
 
 
 def _sense(table: Any, here: Path, where: str) -> SenseEntry:
     from bodyschema.cli.reading.sense_kinds import COMMON, KINDS
 
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
+    table = section(table, where)
     used = {name: (*COMMON, *kind.keys) for name, kind in KINDS.items()}
     if "kind" in table:
         check_keys(table["kind"], table, used, "senses", where)
     entry = dict(table)
     if "recording" in entry:
-        entry["recording"] = _files(entry["recording"], here)
+        entry["recording"] = files(entry["recording"], "recording", where, here)
     for key in PICTURES:
-        if entry.get(key):
+        if entry.get(key) and _named(entry[key], key, where):
             entry[key] = str(here / entry[key])
     needed = KINDS[table["kind"]].needed if "kind" in table else ()
     for key in needed:
@@ -275,8 +290,7 @@ def _sense(table: Any, here: Path, where: str) -> SenseEntry:
 def _part(table: Any, where: str) -> PartEntry:
     from bodyschema.cli.reading.part_kinds import COMMON, KINDS
 
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where} is {table!r}; it must be a section with keys.")
+    table = section(table, where)
     used = {name: (*COMMON, *kind.keys) for name, kind in KINDS.items()}
     if "kind" in table:
         check_keys(table["kind"], table, used, "parts", where)
@@ -291,8 +305,9 @@ def run_from_record(record: Mapping[str, Any]) -> RunFile:
     """
     known = {field.name for field in fields(RunFile)}
     table = {key: value for key, value in record.items() if key in known}
-    table["senses"] = [_given(SenseEntry, entry) for entry in table.get("senses", [])]
-    table["parts"] = {k: _given(PartEntry, entry) for k, entry in table.get("parts", {}).items()}
+    parts = section(table.get("parts", {}), "parts of run.json")
+    table["senses"] = [_given(SenseEntry, e) for e in _entries(table, "senses", "run.json")]
+    table["parts"] = {name: _given(PartEntry, entry) for name, entry in parts.items()}
     run = run_from_table(table, Path.cwd(), "run.json")
     if not (run.senses or run.wrist or run.pictures):
         raise InputError("run.json does not say what was seen; calibrate from a run file.")

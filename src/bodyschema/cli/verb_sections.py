@@ -34,9 +34,11 @@ def take_sections(table: Mapping[str, Any], here: Path, where: str) -> dict[str,
     Raises:
         InputError: a key is unknown or missing.
     """
+    from bodyschema.cli.entry_types import section
     from bodyschema.cli.reading import picture_sections, wrist_sections
 
-    rest = {**table, **(table.get("wrist") or {}), **(table.get("pictures") or {})}
+    inner = [section(table.get(key) or {}, f"{key} of {where}") for key in ("wrist", "pictures")]
+    rest = {**table, **inner[0], **inner[1]}
     wrist = {k: rest.pop(k) for k in (*wrist_sections.SECTIONS, *wrist_sections.KEYS) if k in rest}
     pictures = {k: rest.pop(k) for k in ("cameras", "doubts", *picture_sections.KEYS) if k in rest}
     rest["wrist"] = wrist_sections.read_sections(wrist, here, where) if wrist else None

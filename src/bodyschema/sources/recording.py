@@ -32,6 +32,9 @@ UNITS = {
 }
 """What one of the unit is in SI."""
 
+LARGEST = 1e30
+"""Of a number in a column, in its unit: squares of larger ones are none any more."""
+
 TIME_COLUMNS = ("time", "t", "timestamp")
 
 
@@ -73,7 +76,7 @@ class Recording:
         values = np.column_stack([self.columns[name] for name in names])
         nothing = np.zeros(len(self), dtype=bool)
         blank = np.column_stack([self.empty.get(name, nothing) for name in names])
-        wrong = ~np.isfinite(values) & ~blank
+        wrong = ~(np.abs(values) < LARGEST) & ~blank
         if wrong.any():
             row, column = np.argwhere(wrong)[0]
             raise InputError(

@@ -137,9 +137,7 @@ def _read_parquet(path: Path) -> Recording:
     return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
 
 
-def write_table(
-    path: str | Path, columns: Mapping[str, ArrayLike], overwrite: bool = True
-) -> None:
+def write_table(path: str | Path, columns: Mapping[str, ArrayLike], overwrite: bool = True) -> None:
     """Write columns of equal length to a .csv or .parquet file, whole or not at all.
 
     Numbers are written so that they read back exactly; NaN is written as an empty cell.

@@ -27,8 +27,8 @@ def check_keys(
     Raises:
         InputError: an unknown kind, or a key of others; the message names them.
     """
-    if kind not in used:
-        raise InputError(f"kind = '{kind}' in {where}{did_you_mean(str(kind), used)}")
+    if not isinstance(kind, str) or kind not in used:
+        raise InputError(f"kind = '{kind!s:.80}' in {where}{did_you_mean(str(kind), used)}")
     for key in given:
         users = [name for name, keys in used.items() if key in keys]
         if users and kind not in users:

@@ -23,7 +23,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from bodyschema.cli.entry_types import entry_of
+from bodyschema.cli.entry_types import entry_of, section
 from bodyschema.errors import InputError
 
 PERCENT = ("percent", "%")
@@ -99,7 +99,7 @@ def joint_columns(table: Any, where: str) -> JointColumns:
         if name not in own and isinstance(entry, Mapping) and (said & {*entry} or name not in near)
     }
     rest = {name: entry for name, entry in table.items() if name not in inner}
-    each = {**rest.get("each", {}), **inner}
+    each = {**section(rest.get("each", {}), where), **inner}
     rest["each"] = {
         name: entry_of(JointEntry, entry, f"{where.replace(']', f'.{name}]', 1)}")
         for name, entry in each.items()

@@ -169,8 +169,9 @@ def read_sections(table: Mapping[str, Any], here: Path, where: str) -> WristSect
         raise InputError(
             f"{where} has '{first}' without [wrench]: add it with columns, frame and sign."
         )
-    if table.get("empty_recording"):
-        entries["empty_recording"] = str(here / table["empty_recording"])
+    empty = table.get("empty_recording")
+    if isinstance(empty, str) and empty:
+        entries["empty_recording"] = str(here / empty)
     surface: SurfaceEntry | None = entries.get("surface")
     if surface is not None and surface.mesh:
         entries["surface"] = replace(surface, mesh=str(here / surface.mesh))
