@@ -9,14 +9,16 @@ import numpy as np
 
 from bodyschema.export.documents import rounded, versions, yaml_text
 from bodyschema.export.load_entry import load_entries
+from bodyschema.export.static_transforms import place_entries
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.judging.calibration import Calibration, Candidate
-
-OPEN = 0.5
-"""Share of a parameter's prior variance in open directions above which it is not determined."""
+from bodyschema.judging.places import OPEN
+from bodyschema.judging.settled import settled
 
 HEADING = """\
 What a calibration found, written by bodyschema.
+transforms: the frames that were asked for; std and 95 % with all that may be wrong with the robot;
+not_determined says what a place goes along with, determined_in where it is known nevertheless.
 offsets: the true joint value is its reading plus the offset (rad; m for prismatic joints).
 skeleton: of a robot that nobody had measured, axis and link (m) of each joint in its parent, with
 the axis' standard deviation (rad); null where a model was corrected.
@@ -25,8 +27,10 @@ says.
 predicted: errors of the corrected body stay below this with 95 %, where seen and anywhere;
 agreement is the share of held-out positions within their bounds, noise included.
 parameters: deviations from the model, of a frame that nobody measured from its first guess (where
-it came to be is in transforms.yaml); std is null where the data do not determine the value;
-combined_with names the parameters that it cannot be told apart from."""
+it came to be is under transforms); std is null where the data do not determine the value;
+combined_with names the parameters that it cannot be told apart from. written is what the files
+have, zero for what is not determined or unchanged within its error; written_std is its error
+where all of these are as modelled."""
 
 
 def calibration_text(calibration: Calibration, notes: Sequence[str] = ()) -> str:
@@ -41,9 +45,10 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         calibration: the answer.
         notes: sentences on what was done with it.
     """
-    body = calibration.body
+    body = settled(calibration).body
     document: dict[str, Any] = {
         "robot": body.name,
+        "transforms": place_entries(calibration),
         "verdict": calibration.verdict,
         "explanation": calibration.explanation,
         "trust": calibration.trust.document,
@@ -149,7 +154,7 @@ def _parameters(calibration: Calibration) -> list[dict[str, Any]]:
     variables = estimate.variables
     if not len(variables):
         return []
-    std, shares = estimate.std, known.open_share
+    std, shares, kept = estimate.std, known.open_share, settled(calibration)
     listed = []
     for i, name in enumerate(variables.names):
         determined = bool(shares[i] <= OPEN)
@@ -158,6 +163,8 @@ def _parameters(calibration: Calibration) -> list[dict[str, Any]]:
                 "name": name,
                 "value": rounded(float(estimate.x[i])),
                 "std": rounded(float(std[i])) if determined else None,
+                "written": rounded(float(kept.x[i])),
+                "written_std": rounded(float(kept.std[i])) if kept.changed[i] else None,
                 "unit": variables.units[i],
                 "prior_std": rounded(float(variables.prior_std[i])),
                 "group": variables.groups[i],

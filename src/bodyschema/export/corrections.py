@@ -7,12 +7,15 @@ from bodyschema.export.payload import carried_loads, urdf_with_load
 from bodyschema.export.urdf_edits import urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.judging.calibration import Calibration
+from bodyschema.judging.settled import settled
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import GROUPS, free_joints
 
 
 def joint_corrections(calibration: Calibration) -> dict[str, float]:
     """Deviations of the joints' parameters by name, rad or m; frames and parts are left out.
+
+    What is not determined, or unchanged within its error, is left out; see `judging.settled`.
 
     Raises:
         InputError: nothing may be put on a robot.
@@ -22,9 +25,9 @@ def joint_corrections(calibration: Calibration) -> dict[str, float]:
             f"the verdict was '{calibration.verdict}'; there is nothing to export. "
             f"{calibration.explanation}"
         )
-    estimate = calibration.estimate
-    rows = zip(estimate.variables.names, estimate.variables.groups, estimate.x, strict=True)
-    return {name: float(x) for name, group, x in rows if group in GROUPS}
+    variables, kept = calibration.estimate.variables, settled(calibration)
+    rows = zip(variables.names, variables.groups, kept.x, kept.changed, strict=True)
+    return {n: float(x) for n, group, x, changed in rows if group in GROUPS and changed}
 
 
 def corrected_body(calibration: Calibration, nominal: Body) -> Body:

@@ -15,7 +15,7 @@ def double_zeros(nominal: Body, corrected: Body) -> list[str]:
     """
     shifts = {
         joint: -edit.shift_limits
-        for joint, edit in urdf_edits(nominal, corrected).items()
+        for joint, edit in urdf_edits(nominal, corrected, stops=True).items()
         if edit.shift_limits is not None and joint in nominal.stated_zeros
     }
     return [

@@ -73,3 +73,20 @@ def clean(value: float) -> float:
     short = round(float(value), 12)
     noise = 4.0 * math.ulp(max(1.0, abs(short)))
     return (short if abs(short - value) <= noise else float(value)) + 0.0
+
+
+def nearest_rpy(rpy: Vector, old: Vector) -> Vector:
+    """The same rotation by the angles that lie nearest to others.
+
+    (r, p, y) and (r + pi, pi - p, y + pi) turn alike, and so does every angle a whole turn on.
+    """
+    r, p, y = rpy
+    same = ((r, p, y), (r + math.pi, math.pi - p, y + math.pi))
+    turned = [
+        tuple(
+            a - 2 * math.pi * round((a - b) / (2 * math.pi)) for a, b in zip(one, old, strict=True)
+        )
+        for one in same
+    ]
+    a, b, c = min(turned, key=lambda one: math.dist(one, old))
+    return a, b, c

@@ -34,11 +34,18 @@ from bodyschema.export.documents import plain, versions
 from bodyschema.export.kinematics_yaml import kinematics_text
 from bodyschema.export.payload import carried_loads, payload_text, urdf_with_load
 from bodyschema.export.record import encoded
-from bodyschema.export.static_transforms import attached_frames, estimated_frames, transforms_text
+from bodyschema.export.static_transforms import (
+    added_frames,
+    attached_frames,
+    estimated_frames,
+    transforms_text,
+)
 from bodyschema.export.urdf_edits import described, unwritable, urdf_edits
+from bodyschema.export.urdf_frames import with_frames
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.judging.calibration import Calibration
+from bodyschema.judging.settled import settled
 from bodyschema.model.meshes import Packages
 from bodyschema.model.tree import Body
 from bodyschema.model.urdf import parse_urdf, urdf_text
@@ -109,7 +116,8 @@ def write_files(
     more: Mapping[str, bytes],
 ) -> list[str]:
     """Write into a folder that is there; see `write_result`. Returns the files' names."""
-    files = result_files(calibration, nominal, source, run.get("packages", {}))
+    packages, added = run.get("packages", {}), bool(run.get("add_frames"))
+    files = result_files(calibration, nominal, source, packages, added)
     record = json.dumps(run_record(source, run), indent=2, ensure_ascii=False, allow_nan=False)
     files["run.json"] = (record + "\n").encode()
     files |= more
@@ -148,9 +156,16 @@ def is_earlier(folder: Path) -> bool:
 
 
 def result_files(
-    calibration: Calibration, nominal: Body, source: Path | None, packages: Packages
+    calibration: Calibration,
+    nominal: Body,
+    source: Path | None,
+    packages: Packages,
+    add_frames: bool = False,
 ) -> dict[str, bytes]:
-    """Contents of the files that the answer decides, by name; see `write_result`."""
+    """Contents of the files that the answer decides, by name; see `write_result`.
+
+    With `add_frames` robot.urdf has the frames that were estimated, too.
+    """
     text = None
     if source is not None and source.suffix not in TABLES:
         text = urdf_text(source, packages, nominal.arguments)
@@ -174,6 +189,8 @@ def result_files(
         robot = write_urdf(body) if text is None else patch_urdf(text, urdf_edits(nominal, body))
         for link, loads in loaded.items():
             robot = urdf_with_load(robot, link, loads)
+        if add_frames:
+            robot = with_frames(robot, added_frames(calibration, nominal))
         files = {"robot.urdf": robot, **files}
     return files
 
@@ -186,7 +203,7 @@ def answer_text(calibration: Calibration) -> str:
 
 def body_to_write(calibration: Calibration, nominal: Body) -> Body:
     """The nominal tree with the corrected numbers; those of its frames alone if so decided."""
-    corrected = described(nominal, calibration.body)
+    corrected = described(nominal, settled(calibration).body)
     if calibration.verdict != "only frames":
         return corrected
     body = nominal

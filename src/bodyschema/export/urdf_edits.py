@@ -9,7 +9,8 @@ and motions about one axis add up, M(a + b) = M(a) M(b). So the offset goes into
     P_k M_k(rate_k o) M_k(rate_k q + shift_k)
 
 with the corrected axis; a mimicking joint keeps its multiplier and its `<mimic offset>` shift_k.
-The joint's zero has moved by -rate_k o, and its limits with it. The gear error g cannot be written.
+Limits are those of the readings, which stay what they were. Where they stand for mechanical stops,
+they have moved by -rate_k o with the joint's zero. The gear error g cannot be written.
 """
 
 from __future__ import annotations
@@ -31,12 +32,13 @@ SAME = 1e-12
 """m, rad, or length of an axis: what differs by no more is not written."""
 
 
-def urdf_edits(nominal: Body, corrected: Body) -> dict[str, JointEdit]:
+def urdf_edits(nominal: Body, corrected: Body, stops: bool = False) -> dict[str, JointEdit]:
     """New values of the joints of a URDF, by joint name.
 
     Args:
         nominal: the body that the URDF describes.
         corrected: the same robot; frames that it has besides are skipped.
+        stops: the limits are mechanical stops, and move with the joints' zeros.
 
     Returns:
         Only joints and values that differ. With them in the URDF, encoder readings give the poses
@@ -61,7 +63,7 @@ def urdf_edits(nominal: Body, corrected: Body) -> dict[str, JointEdit]:
             if _differs(before[:3, :3], after[:3, :3])
             else None,
             axis=_vector(matched.axis[k]) if turned else None,
-            shift_limits=shift if abs(shift) > SAME else None,
+            shift_limits=shift if stops and abs(shift) > SAME else None,
         )
         if edit != JointEdit():
             edits[nominal.carriers[k]] = edit

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.export.joint_edit import DEFAULTS, JointEdit, clean
+from bodyschema.export.joint_edit import DEFAULTS, JointEdit, clean, nearest_rpy
 from bodyschema.model.urdf_xml import lenient
 
 __all__ = ["JointEdit", "patch_urdf"]
@@ -128,6 +128,8 @@ def _joint_changes(source: bytes, joint: _Element, name: str, edit: JointEdit) -
         element = next((child for child in joint.children if child.tag == tag), None)
         if element is not None:
             for attribute, numbers in wanted.items():
+                if attribute == "rpy":
+                    numbers = _as_written(element, numbers)
                 yield from _attribute_changes(source, element, attribute, numbers)
         elif tag == "limit" and wanted:
             raise InputError(f"joint '{name}' has no <limit>: leave lower and upper None.")
@@ -138,6 +140,17 @@ def _joint_changes(source: bytes, joint: _Element, name: str, edit: JointEdit) -
         yield _addition(source, joint, added)
     if edit.shift_limits is not None and joint.attributes.get("type") != "continuous":
         yield from _shifted_limits(source, joint, name, edit.shift_limits)
+
+
+def _as_written(origin: _Element, rpy: tuple[float, ...]) -> tuple[float, ...]:
+    """The angles on the branch of those that are written."""
+    words = origin.attributes.get("rpy", "0 0 0").split()
+    try:
+        r, p, y = map(float, words)
+    except ValueError:
+        return rpy
+    near = nearest_rpy((rpy[0], rpy[1], rpy[2]), (r, p, y))
+    return tuple(map(clean, near))
 
 
 def _shifted_limits(source: bytes, joint: _Element, name: str, shift: float) -> Iterator[Change]:

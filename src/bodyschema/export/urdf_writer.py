@@ -78,11 +78,11 @@ def _add_joint(robot: ET.Element, body: Body, k: int, T_parent_joint: Array) -> 
 
 
 def _limits(body: Body, k: int) -> tuple[float, float]:
-    """Of the joint that carries frame k, in readings: its own zero has moved with the offset."""
+    """Of the joint that carries frame k, in readings."""
     j = body.driver[k]
     if j < 0:
         return 0.0, 0.0
-    ends = np.array([body.lower[j], body.upper[j]]) - body.offset[j]
+    ends = np.array([body.lower[j], body.upper[j]])
     # A joint that mimics with rate zero stands still, wherever its leader goes.
     reached = body.shift[k] + (body.rate[k] * ends if body.rate[k] else np.zeros(2))
     return float(reached.min()), float(reached.max())

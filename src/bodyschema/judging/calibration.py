@@ -111,6 +111,8 @@ class Calibration:
     predicted_95: float | None = None
     """m: the error that what was asked for (a tool, a camera) stays below with 95 %, all that is
     known to be wrong included; see `stated_95`."""
+    wanted: tuple[tuple[str, str], ...] = ()
+    """Frames (seen from, seen) in which the robot was wanted right; what was seen when empty."""
     weighing: Weighing | None = None
     """What widened that error, and which causes would explain what is left; None where nobody
     asked."""
@@ -164,8 +166,10 @@ class Calibration:
 
     @property
     def widened(self) -> Estimate:
-        """The belief, as wide as its own samples make it; see `weighing`."""
-        return self.fit if self.weighing is None else self.fit.widened(self.weighing.widening)
+        """The belief, as wide as its own samples make it and no narrower; see `weighing`."""
+        if self.weighing is None:
+            return self.fit
+        return self.fit.widened(max(self.weighing.widening, 1.0))
 
     @property
     def least_change(self) -> float:

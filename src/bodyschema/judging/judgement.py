@@ -188,6 +188,7 @@ def _answered(
         ),
         n_rows=len(np.unique(np.concatenate([sense.rows for sense in senses]))),
         predicted_95=weighing.total if pairs else None,
+        wanted=wanted,
         weighing=weighing,
     )
     return found.believed(weighing.trust)

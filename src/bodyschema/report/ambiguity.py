@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.export.calibration_yaml import OPEN
-from bodyschema.export.static_transforms import PREFIX
+from bodyschema.judging.places import OPEN, PREFIX
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.figure import AFTER, BEFORE, INK, svg
 from bodyschema.report.page import render

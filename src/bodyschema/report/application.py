@@ -9,6 +9,7 @@ from pathlib import Path
 from bodyschema.export.result_folder import TABLES, body_to_write
 from bodyschema.export.static_transforms import transforms_document
 from bodyschema.export.urdf_edits import unwritable, urdf_edits
+from bodyschema.judging.settled import settled
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import read_as
@@ -40,18 +41,18 @@ class Application:
 
     def _offsets(self) -> list[tuple[str, str]]:
         """Where offsets alone were corrected: for drivers that take them, in deg or mm."""
-        calibration = self.evidence.calibration
-        estimate = calibration.estimate
+        calibration, kept = self.evidence.calibration, settled(self.evidence.calibration)
+        variables = calibration.estimate.variables
         if calibration.groups != ("offsets",):
             return []
         rows = zip(
-            estimate.variables.names,
-            estimate.variables.groups,
-            estimate.x,
-            estimate.variables.units,
-            strict=True,
+            variables.names, variables.groups, kept.x, variables.units, kept.changed, strict=True
         )
-        return [(n, _signed(float(x), unit)) for n, group, x, unit in rows if group == "offsets"]
+        return [
+            (name, _signed(float(x), unit))
+            for name, group, x, unit, changed in rows
+            if group == "offsets" and changed
+        ]
 
 
 def _signed(value: float, unit: str) -> str:

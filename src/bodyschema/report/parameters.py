@@ -9,9 +9,8 @@ from typing import Any
 
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
-from bodyschema.export.calibration_yaml import OPEN
 from bodyschema.export.load_entry import load_entries
-from bodyschema.export.static_transforms import PREFIX
+from bodyschema.judging.places import OPEN, PREFIX
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import listed, read_as, signed, significant, with_error

@@ -13,7 +13,6 @@ from rich.table import Table
 
 from bodyschema.estimation.clock import FALSE_ALARM
 from bodyschema.export.calibration_yaml import (
-    OPEN,
     millimetres_95,
     predicted_errors,
     skeleton_entries,
@@ -21,6 +20,7 @@ from bodyschema.export.calibration_yaml import (
 )
 from bodyschema.export.load_entry import load_entries, load_lines
 from bodyschema.judging.calibration import Calibration
+from bodyschema.judging.places import OPEN
 from bodyschema.units import read_as, significant
 
 COLOURS = {"good": "green", "doubtful": "yellow", "bad": "red"}

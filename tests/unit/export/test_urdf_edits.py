@@ -126,10 +126,18 @@ def test_frames_that_were_attached_are_skipped(robot: bytes) -> None:
     assert urdf_edits(nominal, seen.with_variables(free, np.ones(6))) == {}
 
 
-def test_an_offset_changes_origin_and_limits_only(robot: bytes) -> None:
+def test_an_offset_changes_the_origin_only(robot: bytes) -> None:
     nominal = read(robot)
     edits = urdf_edits(nominal, offset(nominal, "shoulder", 0.25))
     assert edits.keys() == {"shoulder"}
+    patched = patch_urdf(robot, edits)
+    assert changed_lines(robot, patched) == [b'<origin xyz="0.1 0.2 0.3" rpy="0.35 -0.2 3.1"/>']
+    assert np.array_equal(read(patched).lower, nominal.lower)
+
+
+def test_limits_that_are_stops_move_with_the_zero(robot: bytes) -> None:
+    nominal = read(robot)
+    edits = urdf_edits(nominal, offset(nominal, "shoulder", 0.25), stops=True)
     assert edits["shoulder"].xyz is None
     assert edits["shoulder"].axis is None
     patched = patch_urdf(robot, edits)
@@ -146,13 +154,15 @@ def test_the_offset_of_a_rail_shifts_its_origin_along_the_axis(robot: bytes) -> 
     # The rail's frame is pitched by 90 degrees and its axis is -z: it points along -x of the base.
     assert edits["rail"].xyz == pytest.approx((-0.02, 0.0, 0.5), abs=1e-15)
     assert edits["rail"].rpy is None
-    changed = changed_lines(robot, patch_urdf(robot, edits))
+    stops = urdf_edits(nominal, offset(nominal, "rail", 0.02), stops=True)
+    changed = changed_lines(robot, patch_urdf(robot, stops))
     assert b'<limit lower="-0.02" upper="1.48" effort="9" velocity="1"/>' in changed
 
 
 def test_followers_move_with_their_leader_and_keep_their_mimic(robot: bytes) -> None:
     nominal = read(robot)
-    patched = patch_urdf(robot, urdf_edits(nominal, offset(nominal, "finger_l", 0.01)))
+    moved = offset(nominal, "finger_l", 0.01)
+    patched = patch_urdf(robot, urdf_edits(nominal, moved, stops=True))
     changed = changed_lines(robot, patched)
     assert b'<limit lower="-0.01" upper="0.03" effort="9" velocity="1"/>' in changed
     # finger_r runs at -2: its zero moves by -0.02. Its lower limit was URDF's default, 0.
@@ -166,7 +176,7 @@ def test_followers_move_with_their_leader_and_keep_their_mimic(robot: bytes) -> 
 
 def test_the_limits_of_a_continuous_joint_mean_nothing_and_stay(robot: bytes) -> None:
     nominal = read(robot)
-    patched = patch_urdf(robot, urdf_edits(nominal, offset(nominal, "elbow", 0.3)))
+    patched = patch_urdf(robot, urdf_edits(nominal, offset(nominal, "elbow", 0.3), True))
     (line,) = changed_lines(robot, patched)
     assert line.startswith(b"<origin")
 

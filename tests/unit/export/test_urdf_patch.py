@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bodyschema import lie
 from bodyschema.errors import InputError
 from bodyschema.export.urdf_patch import JointEdit, patch_urdf
 
@@ -358,7 +359,8 @@ def test_what_is_written_reads_back(
     edit = JointEdit(xyz, rpy, lower=min(one, other), upper=max(one, other))
     patched = patch_urdf(ARM, {"elbow": edit})
     assert read(patched, "origin", "xyz") == pytest.approx(xyz, rel=0.0, abs=1e-12)
-    assert read(patched, "origin", "rpy") == pytest.approx(rpy, rel=0.0, abs=1e-12)
+    turned = lie.rotation_from_rpy(read(patched, "origin", "rpy"))
+    assert turned == pytest.approx(lie.rotation_from_rpy(rpy), rel=0.0, abs=1e-11)
     assert read(patched, "limit", "lower") == pytest.approx((edit.lower,), rel=0.0, abs=1e-12)
     assert read(patched, "limit", "upper") == pytest.approx((edit.upper,), rel=0.0, abs=1e-12)
     assert patch_urdf(patched, {"elbow": edit}) == patched
@@ -370,3 +372,32 @@ def test_any_comment_before_the_joint_stays(text: str) -> None:
     source = ARM.replace(b"<robot", comment + b"<robot")
     patched = patch_urdf(source, {"elbow": JointEdit(lower=-2.0)})
     assert patched == source.replace(b'"-1.5"', b'"-2.0"')
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ((0.0, 1.57079632679, 0.0), (0.0, 1.595, 0.0)),
+        ((3.1415926, 0.2, 0.0), (3.18, 0.2, 0.01)),
+        ((0.0, 0.0, -3.14159265359), (0.0, 0.01, -3.2)),
+        ((0.1, 0.2, 6.2), (0.1, 0.2, 6.3)),
+    ],
+)
+def test_the_angles_stay_on_the_branch_that_is_written(
+    old: tuple[float, float, float], new: tuple[float, float, float]
+) -> None:
+    """A quarter turn and a bit is not said as half a turn, a bit less, and half a turn."""
+    again = tuple(float(v) for v in lie.rpy_from_rotation(lie.rotation_from_rpy(new)))
+    assert max(abs(a - b) for a, b in zip(again, new, strict=True)) > 1
+    written = read(
+        patch_urdf(_with_rpy(old), {"elbow": JointEdit(rpy=(again[0], again[1], again[2]))}),
+        "origin",
+        "rpy",
+    )
+    assert written == pytest.approx(new, rel=0.0, abs=1e-9)
+
+
+def _with_rpy(rpy: tuple[float, float, float]) -> bytes:
+    """The arm whose elbow is turned by angles that are written so."""
+    words = " ".join(map(repr, rpy)).encode()
+    return ARM.replace(b"rpy='0 0 0'", b"rpy='" + words + b"'")

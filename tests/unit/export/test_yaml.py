@@ -26,6 +26,7 @@ from bodyschema.export.static_transforms import (
     transforms_text,
 )
 from bodyschema.export.urdf_edits import described
+from bodyschema.judging.settled import settled
 from bodyschema.model.tree import Body
 from bodyschema.model.urdf import parse_urdf
 
@@ -48,7 +49,9 @@ def test_what_was_found_is_in_it(case: Any) -> None:
     assert document["verdict"] == "calibrated"
     assert list(document["offsets"]) == ["joint_1", "joint_2", "joint_3", "joint_4"]
     found = np.array(list(document["offsets"].values()))
-    assert found == pytest.approx(case.calibration.body.offset, abs=1e-9)
+    assert found == pytest.approx(settled(case.calibration).body.offset, abs=1e-9)
+    assert found == pytest.approx(case.calibration.body.offset, abs=1e-3)
+    assert [entry["name"] for entry in document["transforms"]] == ["T_base_camera", "T_tip_marker"]
     before, after = (document["held_out"][when]["position_mm"] for when in ("before", "after"))
     assert 0.05 < after["rms"] < 0.5 < before["rms"]
     assert document["held_out"]["after"]["rotation_deg"] is None
@@ -62,7 +65,8 @@ def test_each_parameter_has_its_row(case: Any) -> None:
     estimate = case.calibration.estimate
     assert [row["name"] for row in rows] == list(estimate.variables.names)
     assert list(rows[1]) == [
-        "name", "value", "std", "unit", "prior_std", "group", "identifiable", "combined_with",
+        "name", "value", "std", "written", "written_std", "unit", "prior_std", "group",
+        "identifiable", "combined_with",
     ]  # fmt: skip
     assert (rows[1]["name"], rows[1]["unit"], rows[1]["prior_std"]) == (
         "joint_2.offset",
@@ -74,6 +78,9 @@ def test_each_parameter_has_its_row(case: Any) -> None:
     # An unknown camera on the base of the first joint hides that joint's offset.
     assert rows[0]["identifiable"] is False
     assert rows[0]["std"] is None
+    assert (rows[0]["written"], rows[0]["written_std"]) == (0.0, None)
+    assert rows[1]["written"] == pytest.approx(estimate.x[1], abs=2 * estimate.std[1])
+    assert 0 < rows[1]["written_std"] <= case.calibration.widened.std[1]
     assert "camera.turn_y" in rows[0]["combined_with"]
 
 
@@ -189,7 +196,7 @@ def test_estimated_frames_can_be_published(case: Any) -> None:
     assert (marker["parent"], marker["child"]) == ("tip", "marker")
     assert camera["rotation_estimated"] is True
     assert marker["rotation_estimated"] is False
-    body = case.calibration.body
+    body = settled(case.calibration).body
     T = body.placement[body.frame_index("camera")]
     assert camera["xyz"] == pytest.approx(T[:3, 3], abs=1e-11)
     rotation = lie.rotation_from_xyzw(camera["quaternion_xyzw"])
