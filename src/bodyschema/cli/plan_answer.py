@@ -94,7 +94,7 @@ def _table(plan: Plan, body: Body, order: Ints, width: int) -> Table:
     title = "The most telling first; row and columns of the file, angles in deg"
     table = Table(title=title, title_justify="left")
     for head in heads:
-        table.add_column(head, justify="right", overflow="fold")
+        table.add_column(escape(head), justify="right", overflow="fold")
     columns = [body.joint_index(joint) for joint in plan.joints]
     shown = in_unit(plan.q, body, "deg")[:, columns]
     digits = np.where(_slides(body)[columns], 3, 0)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
+
+from bodyschema.errors import shown
 
 
 @dataclass(frozen=True)
@@ -45,5 +48,6 @@ class Simulate:
             print(json.dumps({"folder": str(folder), "run": str(folder / "run.toml")}))
         else:
             print(describe_simulation(settings))
-            print(f"Recorded in {folder}. Next: bodyschema calibrate {folder / 'run.toml'}")
+            run = shlex.quote(str(folder / "run.toml"))
+            print(shown(f"Recorded in {folder}. Next: bodyschema calibrate {run}"))
         return 0
