@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bodyschema.judging.places import OPEN, PREFIX
 from bodyschema.report.evidence import Evidence
-from bodyschema.report.figure import AFTER, BEFORE, INK, svg
+from bodyschema.report.figure import AFTER, BEFORE, INK, PAPER, svg
 from bodyschema.report.page import render
 from bodyschema.report.residuals import WIDTH
 from bodyschema.units import listed
@@ -21,6 +21,8 @@ MOST_SHOWN = 60
 """Variables of a heat map; more could not be read."""
 STRONG = 0.95
 MOST_NAMED = 12
+LETTER = 7.0
+"""CSS pixels that a letter of a name is wide, at most."""
 
 
 @dataclass(frozen=True)
@@ -72,26 +74,35 @@ class Ambiguity:
                 axes.plot(
                     [min(places, default=0), max(places, default=0)], [k, k], color=colour, lw=1.2
                 )
-                axes.plot(places, [k] * len(places), "s", ms=9, mfc=colour, mec="white")
+                axes.plot(places, [k] * len(places), "s", ms=9, mfc=colour, mec=PAPER)
             axes.set(xlim=(-0.7, len(names) - 0.3), ylim=(len(directions) - 0.4, -0.6))
             axes.set_yticks(range(len(directions)), range(1, len(directions) + 1))
             _name_axis(axes.xaxis, names)
 
-        width = min(WIDTH, 130 + 60 + 26 * len(names))
-        height = 130 + 18 * len(directions)
-        return svg("null-space", "Variables in each direction that is open", (width, height), paint)
+        width = min(WIDTH, 190 + 26 * len(names))
+        height = _room(names) + 50 + 18 * len(directions)
+        inherent = sum(direction.inherent for direction in directions)
+        says = (
+            f"{len(directions)} combinations of {len(names)} parameters are open; no motion closes "
+            f"{inherent} of them."
+        )
+        return svg("null-space", says, (width, height), paint)
+
+
+def _room(names: list[str]) -> float:
+    """CSS pixels that the longest name takes."""
+    return LETTER * max(len(name) for name in names)
 
 
 def _name_axis(axis: Any, names: list[str]) -> None:
     rotation = 90 if axis.axis_name == "x" else 0
-    size = 10 if len(names) <= 40 else 8
-    axis.set_ticks(range(len(names)), names, rotation=rotation, fontsize=size)
+    axis.set_ticks(range(len(names)), names, rotation=rotation, fontsize=11)
 
 
 def _heat_map(names: list[str], matrix: Array) -> str:
     from matplotlib.colors import LinearSegmentedColormap
 
-    colours = LinearSegmentedColormap.from_list("sign", [BEFORE, "#ffffff", AFTER])
+    colours = LinearSegmentedColormap.from_list("sign", [BEFORE, PAPER, AFTER])
 
     def paint(figure: Any) -> None:
         axes = figure.subplots()
@@ -102,8 +113,19 @@ def _heat_map(names: list[str], matrix: Array) -> str:
         bar = figure.colorbar(image, ax=axes, shrink=0.6, ticks=[-1, 0, 1])
         bar.outline.set_visible(False)
 
-    side = min(WIDTH - 70, 150 + 28 * len(names))
-    return svg("correlations", "Correlations of the joint parameters", (side + 70, side), paint)
+    side = min(WIDTH - 70, _room(names) + 50 + 28 * len(names))
+    return svg("correlations", _strongest(names, matrix), (side + 70, side), paint)
+
+
+def _strongest(names: list[str], matrix: Array) -> str:
+    """What the map tells, with its figures."""
+    apart = np.abs(matrix - np.diag(np.diag(matrix)))
+    i, k = np.unravel_index(int(np.argmax(apart)), apart.shape)
+    strong = int((apart > STRONG).sum()) // 2
+    return (
+        f"Of {len(names)} joint parameters, {names[i]} and {names[k]} are the most alike, with a "
+        f"correlation of {matrix[i, k]:.2f}; {strong} pairs are beyond {STRONG:g}."
+    )
 
 
 def _clusters(names: list[str], matrix: Array) -> list[str]:

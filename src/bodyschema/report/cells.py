@@ -30,4 +30,5 @@ class Cells:
             picture=base64.b64encode(picture).decode(),
             joints=[(name, n) for name, n in zip(found.joints, counts, strict=True) if n],
             cell=found.cell_px,
+            share=f"{100 * float(np.mean(white > 0)):.1f}",
         )

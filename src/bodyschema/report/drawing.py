@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bodyschema.model.kinematics import frame_poses
 from bodyschema.report.evidence import Evidence
-from bodyschema.report.figure import AFTER, BEFORE, GREY, INK, plain, svg
+from bodyschema.report.figure import AFTER, BEFORE, GREY, INK, PAPER, plain, svg
 from bodyschema.report.page import render
 from bodyschema.report.residuals import WIDTH
 from bodyschema.units import shown
@@ -61,7 +61,7 @@ class Drawing:
         row, q = self._posture()
         pose = self._pose(q)
         picture = svg(
-            "robot", "The robot before and after in two views", (WIDTH, 440),
+            "robot", _says(pose, row), (WIDTH, 440),
             lambda figure: self._draw(figure, pose),
         )  # fmt: skip
         return render(
@@ -136,7 +136,7 @@ class Drawing:
                 above = frames.index(int(body.parent[k]))
                 axes.plot(*p[[above, i]].T, color=c, lw=3.5, alpha=0.75, solid_capstyle="round")
         moving = [i for i, k in enumerate(frames) if body.driver[k] >= 0]
-        axes.plot(*p[moving].T, "o", ms=7, mfc="white", mec=c, mew=2)
+        axes.plot(*p[moving].T, "o", ms=7, mfc=PAPER, mec=c, mew=2)
         ends = [frames.index(body.frame_index(name)) for name in self._ends()]
         axes.plot(*p[ends].T, "s", ms=5.5, mfc=c, mec="none")
         axes.plot([], [], color=c, lw=3.5, label=word)
@@ -150,7 +150,7 @@ class Drawing:
         size, middle = float(np.ptp(both[0], axis=0).max()), np.mean(both[..., 0])
         style: dict[str, Any] = {"textcoords": "offset points", "color": INK, "fontsize": 11}
         style["va"] = "center"
-        style["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.8, "pad": 1.5}
+        style["bbox"] = {"fc": PAPER, "ec": "none", "alpha": 0.8, "pad": 1.5}
         written: list[Array] = []
         for name in (body.frames[0], *self._ends()):
             ends = both[:, frames.index(body.frame_index(name))]
@@ -167,6 +167,16 @@ class Drawing:
         return list(dict.fromkeys(name for s in senses for name in (s.seen_from, s.seen)))
 
 
+def _says(pose: Pose, row: int) -> str:
+    """What the drawing tells, with its figures."""
+    scale = f", drawn {pose.factor} times as large" if pose.factor > 1 else ", true to scale"
+    return (
+        f"In the posture of row {row}, {pose.at} was {shown(pose.largest, 'm')} from where it is "
+        f"after the correction, more than any other frame of the chain{scale}; from the front and "
+        "from the side."
+    )
+
+
 def _draw_scale(axes: Any, size: float) -> None:
     """A bar of a round length in the lower left corner."""
     length = 10.0 ** np.floor(np.log10(max(size, 1e-3) / 2))
@@ -174,5 +184,5 @@ def _draw_scale(axes: Any, size: float) -> None:
     axes.plot(
         [low[0], low[0] + length], [high[0], high[0]], color=GREY, lw=2, solid_capstyle="butt"
     )
-    axes.annotate(f"{1e3 * length:g} mm", (low[0], high[0]), xytext=(0, 5), color=GREY, fontsize=10,
+    axes.annotate(f"{1e3 * length:g} mm", (low[0], high[0]), xytext=(0, 5), color=GREY, fontsize=11,
                   textcoords="offset points")  # fmt: skip

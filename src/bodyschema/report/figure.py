@@ -10,8 +10,14 @@ from typing import Any
 
 from bodyschema.errors import MissingExtraError
 
-BEFORE, AFTER = "#d9600f", "#0a8f86"
-INK, GREY, FAINT = "#22272e", "#767676", "#e4e1da"
+BEFORE, AFTER = "#b34d08", "#08756d"
+INK, GREY, FAINT = "#22272e", "#5f6670", "#e4e1da"
+PAPER, EDGE, RANGE, SPAN = "#ffffff", "#c9c5bc", "#b9b5ac", "#9ed2cd"
+IN_THE_PAGE = {
+    BEFORE: "before", AFTER: "after", INK: "ink", GREY: "grey", FAINT: "line", PAPER: "paper",
+    EDGE: "edge", RANGE: "range", SPAN: "span",
+}  # fmt: skip
+"""Variables of the page's style, light or dark, that its charts are drawn in."""
 MOST_DOTS = 400
 """Samples that one panel shows; more would make the page heavy and tell the eye no more."""
 
@@ -21,7 +27,7 @@ STYLE: Any = {
     "font.size": 12,
     "text.color": INK,
     "axes.labelcolor": INK,
-    "axes.edgecolor": "#c9c5bc",
+    "axes.edgecolor": EDGE,
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.spines.top": False,
@@ -47,7 +53,7 @@ def svg(name: str, says: str, size: tuple[float, float], paint: Callable[[Any], 
 
     Args:
         name: unique on the page; keeps the identifiers of its parts apart from other charts'.
-        says: what it shows, for readers who cannot see it.
+        says: what it tells, with its figures, for readers who cannot see it.
         size: width and height in CSS pixels.
         paint: draws into the matplotlib figure that it is given.
 
@@ -102,10 +108,14 @@ def _inline(text: str, says: str, size: tuple[float, float]) -> str:
     inner = re.sub(r"font-family: [^;\"]*; ?", "", inner)
     inner = inner.replace("xlink:href", "href")
     inner = re.sub(r"\n\s*", "\n", inner)
+    # What matplotlib draws without a rim has a rim that is transparent.
+    inner = inner.replace("stroke: #000000; stroke-opacity: 0", "stroke: none")
+    for colour, name in IN_THE_PAGE.items():
+        inner = inner.replace(f": {colour}", f": var(--{name}, {colour})")
     label = html.escape(says, quote=True)
     return (
-        f'<svg viewBox="0 0 {size[0]:g} {size[1]:g}" width="{size[0]:g}" role="img" '
-        f'aria-label="{label}"><title>{label}</title>\n{inner}</svg>'
+        f'<div class="chart" tabindex="0"><svg viewBox="0 0 {size[0]:g} {size[1]:g}" '
+        f'width="{size[0]:g}" role="img" aria-label="{label}">\n{inner}</svg></div>'
     )
 
 

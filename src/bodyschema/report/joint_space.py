@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +14,11 @@ from bodyschema.report.evidence import Evidence, spread
 from bodyschema.report.figure import AFTER, BEFORE, log_scale, svg
 from bodyschema.report.page import render
 from bodyschema.report.residuals import SMALLEST, SMALLEST_OTHER, WIDTH
-from bodyschema.units import read_as
+from bodyschema.units import read_as, significant
 
 Array = NDArray[np.float64]
+Samples = tuple[Array, Array, Array]
+"""Readings (n, n_joints), and errors before and after (n,) as they are shown."""
 
 ACROSS = 4
 """Panels beside each other."""
@@ -35,18 +37,34 @@ class JointSpace:
     def render(self) -> str:
         """See `Section`."""
         joints = self.evidence.joints
-        height = 40 + 175 * math.ceil(len(joints) / ACROSS)
-        drawing = svg(
-            "joint-space", "Position error against the reading of each joint", (WIDTH, height),
-            self._draw,
-        )  # fmt: skip
-        return render("joint_space.html", chart=drawing)
+        samples = self._samples()
+        rows = [joints[first : first + ACROSS] for first in range(0, len(joints), ACROSS)]
+        return render(
+            "joint_space.html", charts=[self._chart(k, row, samples) for k, row in enumerate(rows)]
+        )
 
-    def _draw(self, figure: Any) -> None:
-        q, before, after = self._samples()
-        joints, body = self.evidence.joints, self.evidence.calibration.body
-        rows = math.ceil(len(joints) / ACROSS)
-        panes = figure.subplots(rows, ACROSS, squeeze=False, sharey=True).ravel()
+    def _chart(self, k: int, joints: Sequence[str], samples: Samples) -> str:
+        """The panels that stand beside each other."""
+        q, _, after = samples
+        body, unit = self.evidence.calibration.body, self._unit
+        told = []
+        for joint in joints:
+            x = q[:, body.joint_index(joint)]
+            _, medians = _medians(x, after)
+            low, high = significant(min(medians)), significant(max(medians))
+            told.append(f"{joint} {low} to {high} {unit}")
+        says = f"Running median of the error after, over the readings of {'; '.join(told)}."
+        return svg(
+            f"joint-space-{k}",
+            says,
+            (WIDTH, 200),
+            lambda figure: self._draw(figure, joints, samples),
+        )
+
+    def _draw(self, figure: Any, joints: Sequence[str], samples: Samples) -> None:
+        q, before, after = samples
+        body = self.evidence.calibration.body
+        panes = figure.subplots(1, ACROSS, squeeze=False, sharey=True).ravel()
         for axes, joint in zip(panes, joints, strict=False):
             scale, unit = joint_unit(self.evidence, joint)
             x = scale * q[:, body.joint_index(joint)]
@@ -57,11 +75,16 @@ class JointSpace:
             axes.set_title(f"{joint}, {unit}", fontsize=11)
             axes.margins(x=0.03)
             axes.locator_params(axis="x", nbins=4)
-        log_scale(panes[0], read_as(self.evidence.calibration.held_out.main[1])[1])
+        log_scale(panes[0], self._unit)
         for axes in panes[len(joints) :]:
             axes.set_visible(False)
 
-    def _samples(self) -> tuple[Array, Array, Array]:
+    @property
+    def _unit(self) -> str:
+        """Of the errors, as people read it."""
+        return read_as(self.evidence.calibration.held_out.main[1])[1]
+
+    def _samples(self) -> Samples:
         """Readings, and errors as shown, of all good samples of what the answer speaks of."""
         name, unit, _ = self.evidence.calibration.held_out.main
         pairs = self.evidence.errors(name)

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.learners.payload.recorded import PayloadFit
-from bodyschema.report.figure import AFTER, BEFORE, MOST_DOTS, log_scale, svg
+from bodyschema.report.figure import AFTER, BEFORE, GREY, MOST_DOTS, log_scale, svg
 from bodyschema.report.page import render
+from bodyschema.units import significant
 
 Array = NDArray[np.float64]
 
@@ -31,8 +32,7 @@ class Explained:
         return render(
             "payload/explained.html",
             picture=svg(
-                "wrench", "Force and torque as read and as left unexplained", (WIDTH, 460),
-                self._paint,
+                "wrench", self._says(), (WIDTH, 460), self._paint,
             ),
             share=f"{100 * self.answer['unexplained']:.2g}",
             samples=self.answer["samples"],
@@ -40,6 +40,19 @@ class Explained:
             events=list(self.answer["events"]),
             noise=_noise(self.answer["sensor"]),
         )  # fmt: skip
+
+    def _says(self) -> str:
+        """What the picture tells, with its figures."""
+        _, read, left = self._series()
+        (F, f), (T, t) = (
+            [float(np.median(np.linalg.norm(w[:, part], axis=1))) for w in (read, left)]
+            for part in (slice(0, 3), slice(3, 6))
+        )
+        return (
+            f"The median force was {significant(F)} N as read, offset removed, and "
+            f"{significant(f)} N with the load taken off; the median torque {significant(T)} and "
+            f"{significant(t)} Nm."
+        )
 
     def _paint(self, figure: Any) -> None:
         time, read, left = self._series()
@@ -50,9 +63,9 @@ class Explained:
             panel.plot(time, before, ".", ms=3, color=BEFORE, label="as read, offset removed")
             panel.plot(time, after, ".", ms=3, color=AFTER, label="not explained by the load")
             for event in self.answer["events"]:
-                panel.axvline(event["time"], color="0.4", lw=0.8, ls=":")
+                panel.axvline(event["time"], color=GREY, lw=0.8, ls=":")
             log_scale(panel, unit)
-        axes[0].legend(loc="center right", fontsize=10)
+        axes[0].legend(loc="center right", fontsize=11)
         axes[1].set_xlabel("s")
 
     def _series(self) -> tuple[Array, Array, Array]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bodyschema.report.evidence import Evidence, spread
 from bodyschema.report.figure import AFTER, BEFORE, INK, MOST_DOTS, log_scale, new_figure, svg
 from bodyschema.report.page import render
-from bodyschema.units import read_as, with_error
+from bodyschema.units import read_as, significant, with_error
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,20 @@ class Panel:
     after: Array
     bad: NDArray[np.bool_]
 
+    @property
+    def words(self) -> str:
+        """What it tells, with its figures."""
+        good = ~self.bad | self.bad.all()
+        worst = np.argmax(np.where(good, self.after, -np.inf))
+        old, new = (significant(float(np.median(e[good]))) for e in (self.before, self.after))
+        count = int(self.bad.sum())
+        left_out = f"; {count} outlier row{'s' * (count > 1)} besides" if count > 0 else ""
+        return (
+            f"{self.title}: the median error was {old} {self.unit} before and is {new} "
+            f"{self.unit} after; the largest after is {significant(float(self.after[worst]))} "
+            f"{self.unit}, in row {self.rows[worst]}{left_out}."
+        )
+
 
 @dataclass(frozen=True)
 class Residuals:
@@ -48,18 +62,14 @@ class Residuals:
         panels = self.panels()
         drawn = sorted(panels, key=lambda p: -float(p.after.max(initial=0)))[:MOST_PANELS]
         kept = [panel for panel in panels if any(panel is other for other in drawn)]
-        n = max(len(panel.rows) for panel in kept)
         return render(
             "residuals.html",
-            samples=svg(
-                "samples", "Error of every sample before and after, by row",
-                (WIDTH, 40 + 175 * len(kept)), lambda figure: _draw_samples(figure, kept),
-            ),
+            samples=[_samples(k, panel) for k, panel in enumerate(kept)],
             left_out=len(panels) - len(kept),
-            thinned=n > MOST_DOTS,
+            thinned=max(len(panel.rows) for panel in kept) > MOST_DOTS,
             axes=[self._axes(*key) for key in self._frames()],
             outliers=bool(self.evidence.calibration.outliers),
-        )  # fmt: skip
+        )
 
     def panels(self) -> list[Panel]:
         """One for each component of each sense."""
@@ -89,7 +99,12 @@ class Residuals:
     def _axes(self, frame: str, component: str, unit: str) -> str:
         before, after = self._along(frame, component)
         scale, word = read_as(unit)
-        says = f"Spread of the {component} residuals along x, y and z of {frame}"
+        left = [" ± ".join(pair) for pair in zip(*_told(scale * after), strict=True)]
+        were = [" ± ".join(pair) for pair in zip(*_told(scale * before), strict=True)]
+        says = (
+            f"Residuals of the {component} along x, y and z of {frame}, mean and standard "
+            f"deviation: {'; '.join(left)} {word}; before {'; '.join(were)} {word}."
+        )
         return svg(
             f"axes-{frame}-{component}", says, (WIDTH, 215),
             lambda figure: _draw_axes(
@@ -120,7 +135,22 @@ def residual_figure(evidence: Evidence) -> Any:
     return new_figure((WIDTH, 40 + 175 * len(panels)), lambda figure: _draw_samples(figure, panels))
 
 
-def _draw_samples(figure: Any, panels: list[Panel]) -> None:
+def _samples(k: int, panel: Panel) -> str:
+    """The chart of one panel; the first has the legend."""
+
+    def paint(figure: Any) -> None:
+        _draw_samples(figure, [panel], legend=k == 0)
+
+    return svg(f"samples-{k}", panel.words, (WIDTH, 215 if k == 0 else 190), paint)
+
+
+def _told(values: Array) -> tuple[list[str], list[str]]:
+    """Means and standard deviations of the columns, as text."""
+    pairs = [with_error(float(np.mean(v)), float(np.std(v))) for v in values.T]
+    return [mean for mean, _ in pairs], [std for _, std in pairs]
+
+
+def _draw_samples(figure: Any, panels: list[Panel], legend: bool = True) -> None:
     panes = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, panel in zip(panes, panels, strict=True):
         shown = spread(np.arange(len(panel.rows), dtype=np.float64), MOST_DOTS).astype(int)
@@ -133,8 +163,9 @@ def _draw_samples(figure: Any, panels: list[Panel]) -> None:
         log_scale(axes, panel.unit)
         axes.set_title(panel.title)
     panes[-1].set_xlabel("row of the recording")
-    figure.legend(*panes[0].get_legend_handles_labels(), loc="outside upper right", ncols=3,
-                  frameon=False)  # fmt: skip
+    if legend:
+        figure.legend(*panes[0].get_legend_handles_labels(), loc="outside upper right", ncols=3,
+                      frameon=False)  # fmt: skip
 
 
 def _ring_outliers(axes: Any, panel: Panel) -> None:
@@ -149,7 +180,7 @@ def _ring_outliers(axes: Any, panel: Panel) -> None:
     for k, i in enumerate(np.sort(gross[np.argsort(-panel.after[gross])][:MOST_NAMED])):
         axes.annotate(
             f"{panel.rows[i]}", (panel.rows[i], panel.after[i]), xytext=(7, 4 if k % 2 else -12),
-            textcoords="offset points", fontsize=10,
+            textcoords="offset points", fontsize=11,
         )  # fmt: skip
 
 
@@ -170,7 +201,7 @@ def _draw_axes(figure: Any, title: str, unit: str, before: Array, after: Array) 
         axes.annotate(text, (1.01, height), xycoords=("axes fraction", "data"), va="center",
                       fontsize=11, color=colour, annotation_clip=False)  # fmt: skip
     axes.annotate(f"mean ± std, {unit}", (1.01, -0.62), xycoords=("axes fraction", "data"),
-                  va="center", fontsize=10, annotation_clip=False)  # fmt: skip
+                  va="center", fontsize=11, annotation_clip=False)  # fmt: skip
     axes.set(yticks=range(3), yticklabels=list("xyz"), ylim=(2.45, -0.75), title=title)
     axes.set_xlabel(f"seen minus predicted, {unit}")
     axes.grid(axis="y", visible=False)

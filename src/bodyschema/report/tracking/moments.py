@@ -31,8 +31,8 @@ class Moments:
             "tracking/moments.html",
             hand=evidence.hand,
             camera=evidence.cameras[0],
-            chart=svg("hand", "Shift and uncertainty of the hand", (WIDTH, 300), self._hand),
-            seen=svg("seen", "Contour that was found", (WIDTH, 300), self._seen),
+            chart=svg("hand", self._hand_says(), (WIDTH, 300), self._hand),
+            seen=svg("seen", self._seen_says(), (WIDTH, 300), self._seen),
             lost=[self._row(int(i)) for i in gone[:MOST_ROWS]],
             left_out=max(len(gone) - MOST_ROWS, 0),
             held_out=self._held_out(),
@@ -61,6 +61,26 @@ class Moments:
             f"{pixels[0]:.2f} pixels; in the {int(outside.sum())} others: {pixels[1]:.2f}."
         )
 
+    def _hand_says(self) -> str:
+        """What the picture of the hand tells, with its figures."""
+        evidence, good = self.evidence, ~self.evidence.lost
+        if not good.any():
+            return f"The hand is lost in all {len(good)} moments."
+        shift, std = (np.median(v[good], axis=0) for v in (evidence.shift, evidence.std))
+        return (
+            f"In {int(good.sum())} of {len(good)} moments the hand was found; in the middle one "
+            f"{significant(1e3 * shift[0])} mm and {significant(np.rad2deg(shift[1]))} deg from "
+            f"where it was believed, with a standard deviation of {significant(1e3 * std[0], 2)} "
+            f"mm and {significant(np.rad2deg(std[1]), 2)} deg."
+        )
+
+    def _seen_says(self) -> str:
+        evidence = self.evidence
+        residual = evidence.residual[np.isfinite(evidence.residual)]
+        off = f", {significant(float(np.median(residual)), 2)} pixels off" if len(residual) else ""
+        found = 100 * float(np.median(evidence.matched))
+        return f"In the middle moment {found:.0f} % of the imagined contour was found{off}."
+
     def _shown(self) -> Any:
         """Evenly spaced moments, and all lost ones."""
         count = len(self.evidence.poses)
@@ -81,7 +101,7 @@ class Moments:
             _whole_numbers(panel)
             panel.set(xlabel="picture", title="position" if k == 0 else "orientation")
             log_scale(panel, unit)
-            panel.legend(frameon=False, fontsize=10)
+            panel.legend(frameon=False, fontsize=11)
 
     def _seen(self, figure: Any) -> None:
         evidence, shown = self.evidence, self._shown()
