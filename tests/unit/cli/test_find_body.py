@@ -201,7 +201,7 @@ def test_inputs_and_other_things_are_never_replaced(clip, tmp_path, capsys):
         (frames, frames, "inputs are never touched"),
         (frames, tmp_path, "inputs are never touched"),
         (frames / "{row}.png", frames, "inputs are never touched"),
-        (video, other, "something other than a result"),
+        (video, other, "holds 'thesis.tex', which is no result"),
     ):
         words = ["find-body", str(source), "--encoders", table, *DEGREES, "--overwrite"]
         assert run([*words, "--out", str(out)]) == 2
