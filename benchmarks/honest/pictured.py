@@ -33,6 +33,12 @@ SPREAD = np.array([0.9, 0.7, 0.9, 1.0])
 """rad, either way of home."""
 HOME = np.array([0.0, -0.2, 0.5, 0.0])
 
+WRONG_DEG = 4.0
+"""Standard deviation of a joint's zero, drawn and stated."""
+
+ROUGH_M, ROUGH_DEG = 0.03, 2.0
+"""The same of each coordinate and each turn of a camera that is known roughly: measured by hand."""
+
 WIDTH, HEIGHT, FOCAL = 320, 240, 300.0
 """px."""
 
@@ -167,9 +173,10 @@ class Pictured:
         masks = 'masks = "mask_{row:03}.png"\n' if self.masked else ""
         return (
             'robot = "arm.urdf"\nrecording = "joints.csv"\nhand = "hand"\n'
-            f"[free]\njoints = {list(JOINTS)}\n"
+            f"[free]\njoints = {list(JOINTS)}\noffset_deg = {WRONG_DEG}\n"
             f'[cameras.eye]\nparent = "base"\nxyz = {self.said_eye[:3, 3].tolist()}\nrpy = {rpy}\n'
-            f'known = "{self.known}"\nsize = [{WIDTH}, {HEIGHT}]\n'
+            f'known = "{self.known}"\nposition_m = {ROUGH_M}\nturn_deg = {ROUGH_DEG}\n'
+            f"size = [{WIDTH}, {HEIGHT}]\n"
             f"lens = [{FOCAL}, {FOCAL}, {(WIDTH - 1) / 2}, {(HEIGHT - 1) / 2}]\n"
             'images = "image_{row:03}.png"\n' + masks
         )
@@ -220,13 +227,21 @@ def draw_pictured(rng: np.random.Generator, n: int = 10, smooth: bool = False) -
     said = T @ lie.transform(lie.exp_so3(np.radians(0.1) * rng.normal(size=3)), np.zeros(3))
     sizes = SIZES + 6e-4 * rng.normal(size=SIZES.shape)
     focal = FOCAL * (1 + 0.005 * rng.normal())
-    return Pictured(q, np.radians(4) * rng.normal(size=4), T, said, sizes=sizes, focal=focal)
+    return Pictured(
+        q, np.radians(WRONG_DEG) * rng.normal(size=4), T, said, sizes=sizes, focal=focal
+    )
 
 
 def nudged(T: Array, size: float, rng: np.random.Generator) -> Array:
     """A frame that is `size` m and as many radians off, in itself."""
     turn = lie.exp_so3(size * direction(rng))
     return T @ lie.transform(turn, size * direction(rng))
+
+
+def measured_by_hand(T: Array, rng: np.random.Generator) -> Array:
+    """A frame that is as far off as one is said to be that is known roughly."""
+    turn = lie.exp_so3(np.radians(ROUGH_DEG) * rng.normal(size=3))
+    return T @ lie.transform(turn, ROUGH_M * rng.normal(size=3))
 
 
 def longer(one: Pictured, factor: float) -> Pictured:

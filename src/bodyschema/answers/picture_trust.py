@@ -2,7 +2,8 @@
 
 Pictures have weights of their own (`learners.images.picture_weights`), and what moments, pieces and
 held-out pictures contradict has widened the error bars (`learners.images.disagreement`). Here it is
-said where that is not enough.
+said where that is not enough: also where cameras seem to stand elsewhere than they are said to
+(`learners.images.elsewhere`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bodyschema.learners.images.disagreement import Disagreement
+from bodyschema.learners.images.elsewhere import Elsewhere
 from bodyschema.learners.images.markerless_fit import MarkerlessFit
 from bodyschema.trust.trust import Trust
 
@@ -35,7 +37,10 @@ an edge is found."""
 
 
 def picture_trust(
-    fit: MarkerlessFit, before: Mapping[int, float], after: Mapping[int, float]
+    fit: MarkerlessFit,
+    before: Mapping[int, float],
+    after: Mapping[int, float],
+    freed: Elsewhere | None = None,
 ) -> Trust:
     """What speaks against a fit.
 
@@ -43,14 +48,20 @@ def picture_trust(
         fit: to the pictures of several moments.
         before: px, distance of the outline from the body as believed, by moments held out.
         after: the same from the body as found.
+        freed: the fit with the cameras freed that are said to be known, if there are any.
     """
     if fit.lost:
         share = f"{100 * fit.matched:.0f} % of the imagined contour"
         return Trust("contradicted", (f"The body was not found: {share} is in the pictures.",))
     against = [*_pictures_against(fit), *_held_out_against(before, after)]
+    limits = [*_pictures_few(fit), *_widened(fit.disagreement)]
+    if freed is not None and freed.doubted:
+        if _explains(freed, fit.disagreement):
+            against.insert(0, _stands_elsewhere(freed, fit.disagreement))
+        else:
+            limits.insert(0, _perhaps_elsewhere(freed))
     if against:
         return Trust("contradicted", tuple(against))
-    limits = [*_pictures_few(fit), *_widened(fit.disagreement)]
     return Trust("limited" if limits else "good", tuple(limits))
 
 
@@ -149,3 +160,52 @@ def _widened(apart: Disagreement) -> list[str]:
         f"The error bars are {factor:.1f} times those of noise alone: {who} contradict each "
         f"other{most}. Look at the overlays; check meshes, lens and masks."
     ]
+
+
+def elsewhere_details(freed: Elsewhere | None) -> dict[str, object] | None:
+    """What freeing the cameras showed, in plain types: m, rad; None where nothing was freed."""
+    if freed is None:
+        return None
+    return {
+        "surprise": freed.surprise,
+        "freedom": freed.freedom,
+        "p_value": freed.p_value,
+        "contradiction_left": freed.left,
+        "contradiction_left_by_rivals": dict(freed.rivals),
+        "shifts": {camera: list(freed.shift(camera)) for camera in freed.cameras},
+    }
+
+
+def _explains(freed: Elsewhere, apart: Disagreement) -> bool:
+    """Whether freed cameras, and neither lens nor meshes, make what is contradicted usual."""
+    usual = WIDENED[apart.masked] ** 2
+    return apart.contradiction > usual >= freed.left and min(freed.rivals.values()) > usual
+
+
+def _stands_elsewhere(freed: Elsewhere, apart: Disagreement) -> str:
+    share = (apart.contradiction - freed.left) / (apart.contradiction - 1)
+    second = min(freed.rivals, key=lambda name: freed.rivals[name])
+    rest = (apart.contradiction - freed.rivals[second]) / (apart.contradiction - 1)
+    return (
+        f"{_moved(freed)}: that explains {100 * share:.0f} % of what the pictures contradict each "
+        f"other, and wrong {second} {100 * max(rest, 0.0):.0f} %. The camera is elsewhere than it "
+        'is said to be; measure its place, or say that it is known = "roughly".'
+    )
+
+
+def _perhaps_elsewhere(freed: Elsewhere) -> str:
+    return (
+        f"{_moved(freed)} (chance {freed.p_value:.1g} if it were where it is said to be): perhaps "
+        "it is elsewhere, or lens or meshes are wrong. The error bars are those of a camera that "
+        'is known = "roughly"; measure its place, or say so.'
+    )
+
+
+def _moved(freed: Elsewhere) -> str:
+    """The camera that moves farthest, and how far."""
+    camera = max(freed.cameras, key=lambda name: freed.shift(name))
+    along, turn = freed.shift(camera)
+    return (
+        f"The pictures move camera '{camera}' by {1e3 * along:.0f} mm and "
+        f"{math.degrees(turn):.1f} degrees if they may"
+    )

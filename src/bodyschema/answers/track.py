@@ -4,6 +4,7 @@
     keys       postures far from each other are learned from (`learners.images.markerless`)
     moments    every picture is asked whether the hand shows where it should be
     held out   moments that were not learned from, or each as if it alone had not been
+    elsewhere  cameras that are said to be known are freed, and doubted if that changes much
     trust      `answers.picture_trust`
 
 Pictures that do not show the hand fade by their own weight; none is thrown away. The answer's
@@ -23,16 +24,18 @@ from numpy.typing import NDArray
 
 from bodyschema.acting.telling_posture import telling_posture
 from bodyschema.answers.answer import Answer
-from bodyschema.answers.picture_trust import counts, picture_trust
+from bodyschema.answers.picture_trust import counts, elsewhere_details, picture_trust
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.held_out import Errors
 from bodyschema.estimation.prediction import length_quantile, predict_error
 from bodyschema.judging.accuracy import Accuracy
 from bodyschema.judging.calibration import Calibration
+from bodyschema.learners.images.elsewhere import Elsewhere, elsewhere
 from bodyschema.learners.images.hand_track import HandPose, HandTracker
 from bodyschema.learners.images.markerless import Markerless
 from bodyschema.learners.images.markerless_fit import MarkerlessFit
 from bodyschema.learners.images.settled import PREFIX, settled
+from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.report.tracking.evidence import OverlayPicture, TrackEvidence
@@ -87,6 +90,8 @@ class Tracked:
     rate: float
     """Moments a second."""
     seconds: float
+    elsewhere: Elsewhere | None = None
+    """The fit with the cameras freed that are said to be known, if there are any."""
 
 
 def track(
@@ -120,6 +125,7 @@ def track(
     body, fit = _fitted(learner, body, variables, frames, unplaced)
     tracker = HandTracker.of(fit, frames, hand)
     held = _held_out(fit, pictures.q, chosen)
+    freed = elsewhere(learner, fit, frames)
     start, poses = time.perf_counter(), list[HandPose]()
     before, after = dict[int, float](), dict[int, float]()
     for k, images in enumerate(progress(pictures.seen(range(count)), count)):
@@ -129,7 +135,7 @@ def track(
             after[k] = tracker.distance(images, held[k])
     now = time.perf_counter()
     rate = len(poses) / (now - start)
-    return Tracked(body, fit, tuple(poses), tuple(chosen), before, after, rate, now - begin)
+    return Tracked(body, fit, tuple(poses), tuple(chosen), before, after, rate, now - begin, freed)
 
 
 def _fitted(
@@ -218,12 +224,13 @@ def track_answer(
             "kept": list(kept),
             "pictures": counts(fit, names),
             "hand_in_camera_m_95": _in_camera_95(found),
+            "cameras_elsewhere": elsewhere_details(found.elsewhere),
             "next_posture": following,
             "gains": [] if telling is None else gains(telling, estimate.variables),
         },
         predicted_95=_predicted_95(found, hand, q),
     )
-    answer = answer.believed(picture_trust(fit, found.before, found.after))
+    answer = answer.believed(picture_trust(fit, found.before, found.after, found.elsewhere))
     sections = (Pictures(evidence), Moments(evidence), NextPosture(answer.details), Trust(evidence))
     return Answer.of(answer, (), described, run, verb="track", sections=sections)
 
@@ -238,13 +245,19 @@ def _accuracy(distances: Mapping[int, float]) -> Accuracy:
 def _predicted_95(found: Tracked, hand: str, q: Array) -> float | None:
     """m: that the corrected robot's hand is off in its base, over all moments; none without a body.
 
-    Where the hand is before a camera is another question, with the lens in it: each moment's pose
-    has a covariance of its own.
+    Where a camera is doubted, that of the fit with the cameras freed, and by how much the hand of
+    this one is elsewhere. Where the hand is before a camera is another question, with the lens in
+    it: each moment's pose has a covariance of its own.
     """
     if found.fit.lost:
         return None
-    estimate = found.fit.estimate
-    return predict_error(estimate, q, estimate.reference.frames[0], hand).position_overall
+    estimate, freed = found.fit.estimate, found.elsewhere
+    base = estimate.reference.frames[0]
+    if freed is None or not freed.doubted:
+        return predict_error(estimate, q, base, hand).position_overall
+    there = [relative_pose(one.body, q, base, hand)[:, :3, 3] for one in (estimate, freed.estimate)]
+    moved = float(np.quantile(np.linalg.norm(there[1] - there[0], axis=1), 0.95))
+    return float(np.hypot(predict_error(freed.estimate, q, base, hand).position_overall, moved))
 
 
 def _in_camera_95(found: Tracked) -> float | None:

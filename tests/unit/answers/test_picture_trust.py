@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bodyschema.answers.picture_trust import counts, picture_trust
+import bodyschema as bs
+from bodyschema.answers.picture_trust import counts, elsewhere_details, picture_trust
+from bodyschema.estimation.estimate import Estimate
+from bodyschema.learners.images.elsewhere import Elsewhere
 from bodyschema.learners.images.markerless_fit import MarkerlessFit
 from bodyschema.learners.images.picture_weights import PictureWeights
 
@@ -76,3 +79,41 @@ def test_counts_are_plain_numbers() -> None:
     assert (found["used"], found["of"]) == (8, 10)
     assert found["pieces"] == {"upper": 0.9, "fore": 0.3}
     assert found["widened_by"] == 1.0
+
+
+def freed(surprise: float, left: float, lens: float, meshes: float) -> Elsewhere:
+    """A camera that the pictures move by 23 mm and 3 degrees."""
+    body = bs.Body.random_chain(2, np.random.default_rng(0)).attach("eye", "base")
+    place = bs.free_frame(body, "eye", 0.05, 0.1)
+    x = np.array([0.023, 0.0, 0.0, 0.0, np.radians(3), 0.0])
+    rivals = {"lens": lens, "meshes": meshes} if surprise > 15 else {}
+    return Elsewhere(Estimate(body, place, x, np.eye(6)), ("eye",), surprise, 5, left, rivals)
+
+
+@pytest.mark.parametrize(
+    ("contradiction", "other", "level", "says"),
+    [
+        (9.0, freed(200.0, 1.0, 8.0, 5.0), "contradicted", "explains 100 % of what the pictures"),
+        (9.0, freed(200.0, 1.0, 8.0, 5.0), "contradicted", "and wrong meshes 50 %"),
+        (9.0, freed(200.0, 1.0, 1.5, 5.0), "limited", "perhaps it is elsewhere"),
+        (9.0, freed(200.0, 1.0, 8.0, 2.0), "limited", "perhaps it is elsewhere"),
+        (9.0, freed(200.0, 3.0, 8.0, 8.0), "limited", "perhaps it is elsewhere"),
+        (1.0, freed(30.0, 1.0, 1.0, 1.0), "limited", "'eye' by 23 mm and 3.0 degrees"),
+        (1.0, freed(15.2, 1.0, 1.0, 1.0), "limited", 'known = "roughly"'),
+        (1.0, freed(15.0, 1.0, 1.0, 1.0), "good", ""),
+    ],
+)
+def test_a_camera_elsewhere_contradicts_if_nothing_else_explains_it(
+    contradiction: float, other: Elsewhere, level: str, says: str
+) -> None:
+    trust = picture_trust(fit(10, 10, contradiction=contradiction), GOOD, GOOD, other)
+    assert trust.level == level
+    assert says in (trust.reasons[0] if trust.reasons else "")
+
+
+def test_what_freeing_a_camera_showed_is_plain_numbers() -> None:
+    assert elsewhere_details(None) is None
+    told = elsewhere_details(freed(200.0, 1.0, 8.0, 5.0))
+    assert told is not None
+    assert told["contradiction_left_by_rivals"] == {"lens": 8.0, "meshes": 5.0}
+    assert told["shifts"] == {"eye": [0.023, pytest.approx(np.radians(3))]}

@@ -122,11 +122,11 @@ class Markerless:
     def fit_once(self, model: RimModel, frames: Sequence[Images]) -> MarkerlessFit:
         """From one set of guesses."""
         z = self.start(model, frames) if self.seeds else np.zeros(len(model.scale))
-        sights = self._sights(model, z, frames)
+        sights = self.sights(model, z, frames)
         for reach in FINE_REACH:
-            z = _refine(model, sights, z, (reach,), weighted=reach <= WEIGHED)
+            z = refine(model, sights, z, (reach,), weighted=reach <= WEIGHED)
             if not frames[0].masked:
-                sights = self._sights(model, z, frames)
+                sights = self.sights(model, z, frames)
         return self._answer(model, sights, z, frames)
 
     def start(self, model: RimModel, frames: Sequence[Images]) -> Array:
@@ -147,7 +147,7 @@ class Markerless:
         for guess in x[best]:
             z = np.concatenate([guess, np.zeros(len(model.scale) - len(guess))])
             for half in (COARSE_REACH[:4], COARSE_REACH[4:]):
-                z = _refine(model, self._sights(model, z, few), z, half, 2)
+                z = refine(model, self.sights(model, z, few), z, half, 2)
             refined.append(z)
         return refined
 
@@ -156,8 +156,8 @@ class Markerless:
         q = np.array([seen.q for seen in frames])
         return [coarse(frames[i]) for i in spread_out(q, self.postures)]
 
-    def _sights(self, model: RimModel, z: Array, frames: Sequence[Images]) -> list[Sight]:
-        """Pictures ready to be searched; without masks, by the colours that z explains."""
+    def sights(self, model: RimModel, z: Array, frames: Sequence[Images]) -> list[Sight]:
+        """Pictures ready to be searched; without masks, by the colours that z (size,) explains."""
         if frames[0].masked:
             return [Sight.of(seen) for seen in frames]
         colours = learn_colours(model, z, frames)
@@ -215,7 +215,7 @@ def learn_colours(model: RimModel, z: Array, frames: Sequence[Images]) -> list[C
     return learned
 
 
-def _refine(
+def refine(
     model: RimModel,
     sights: Sequence[Sight],
     z: Array,
@@ -223,7 +223,7 @@ def _refine(
     step: int = 1,
     weighted: bool = False,
 ) -> Array:
-    """Gauss-Newton steps, one for each reach."""
+    """Gauss-Newton steps from z (size,), one for each reach; pictures by their weights if asked."""
     for reach in reaches:
         rows = [model.rows(sight, z, reach, step) for sight in sights]
         rows = PictureWeights.of(rows).on(rows) if weighted else rows
