@@ -36,8 +36,11 @@ from bodyschema.export.result_folder import (
 )
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.judging.calibration import Calibration
+from bodyschema.judging.places import FramePlace, places
+from bodyschema.judging.settled import settled
 from bodyschema.model.tree import Body
 from bodyschema.monitoring.change import ChangeTest, detect_change
+from bodyschema.report.answer_first import angles, far_off, known, position
 from bodyschema.report.section import Section
 from bodyschema.report.summary import summary_text
 from bodyschema.senses.sense import Sense
@@ -46,7 +49,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
+MOST_PLACES = 6
+"""Frames that `repr` shows."""
+
+
+@dataclass(frozen=True, repr=False)
 class Answer(Calibration):
     """The answer of `calibrate` and `learn_skeleton`, with all that it was made from."""
 
@@ -93,13 +100,40 @@ class Answer(Calibration):
         """Everything that was found in plain values, as calibration.yaml has it."""
         return calibration_document(self, writing_notes(self, self._described()))
 
-    def summary(self, width: int = 100) -> str:
-        """Verdict, errors, corrections and what the data cannot tell, as the terminal shows them.
+    def __repr__(self) -> str:
+        """Verdict, how far off, where the frames are: a few lines, for people."""
+        return f"<bodyschema Answer of {self.verb}>\n{self._in_short()}"
+
+    def _in_short(self) -> str:
+        document = self.document
+        far = far_off(document)
+        lines = [f"{self.verdict}: {self.explanation}", *([far] if far else [])]
+        lines += [f"Trust: {self.trust.level}"] if self.trust.level != "good" else []
+        lines += [
+            f"{entry['name']}: xyz {position(entry)} mm, rpy {angles(entry)} deg; {known(entry)}"
+            for entry in document["transforms"][:MOST_PLACES]
+        ]
+        more = len(document["transforms"]) - MOST_PLACES
+        lines += [f"... and {more} more in .transforms()"] if more > 0 else []
+        return "\n".join([*lines, "More: .summary(), .transforms(), .plot(), .save(folder)"])
+
+    def summary(self, width: int = 100, everything: bool = False) -> str:
+        """What was asked for, whether to believe it, and what to change, as the terminal shows it.
 
         Args:
             width: columns of the text.
+            everything: also errors before and after, all parameters, what the data cannot tell.
         """
-        return summary_text(self.document, width)
+        return summary_text(self.document, width, everything)
+
+    def transforms(self) -> dict[str, FramePlace]:
+        """Where the frames are that were asked for, by name ("T_base_camera"): `T`, `sd`, bounds.
+
+        They go with the robot that `to_urdf` writes. Those that were free come first, then what was
+        wanted; none where nothing may be put on a robot.
+        """
+        found = () if self.withheld else places(self)
+        return {f"T_{place.parent}_{place.frame}": place for place in found}
 
     def _repr_html_(self) -> str:
         """For notebooks: verdict and errors."""
@@ -121,16 +155,20 @@ class Answer(Calibration):
         figure: Figure = residual_figure(evidence)
         return figure
 
-    def to_urdf(self) -> str:
+    def to_urdf(self, add_frames: bool = False) -> str:
         """The corrected robot: the user's own file with the changed numbers, or one newly written.
 
-        Without a description file it is a tree of bare links and joints.
+        Without a description file it is a tree of bare links and joints, frames and all.
+
+        Args:
+            add_frames: also add the frames that were estimated, each a link and a fixed joint.
         """
         source = self._source()
         if source is not None:
             packages = self.run.get("packages", {})
-            return result_files(self, self._described(), source, packages)["robot.urdf"].decode()
-        return write_urdf(self.body).decode()
+            files = result_files(self, self._described(), source, packages, add_frames)
+            return files["robot.urdf"].decode()
+        return write_urdf(settled(self).body).decode()
 
     def save(self, folder: str | Path, overwrite: bool = False) -> list[Path]:
         """Write the result folder, whole or not at all; see `export.result_folder`.

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from itertools import count, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
@@ -16,7 +17,7 @@ from bodyschema.cli.reading.joint_columns import JointColumns
 from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.run_file import RunFile, read_run_file
-from bodyschema.errors import InputError
+from bodyschema.errors import InputError, shown
 from bodyschema.model.arrangement import read_arrangement
 
 if TYPE_CHECKING:
@@ -36,6 +37,11 @@ class Calibrate:
     Describe the run in a TOML file (see docs/run_file), or by flags for one sense:
 
     bodyschema calibrate --robot arm.urdf --recording data.csv --columns x y z --hand gripper
+
+    A camera on the wrist that sees a board on the base, poses of the board in the camera:
+
+    bodyschema calibrate --robot arm.urdf --recording data.csv --camera tool0 --board base_link
+    --layout xyz_xyzw --columns x y z qx qy qz qw
 
     A robot without a description is learned from which joint hangs on which:
 
@@ -68,13 +74,23 @@ class Calibrate:
     joint_unit: str = "rad"
     """Unit of the joint columns."""
     hand: str = ""
-    """Link that carries the marker, point or camera."""
+    """Link that carries the marker or point that was seen."""
     base: str = ""
-    """Link that the tracker, board or camera which gives the coordinates is fixed to; the root."""
+    """Link that the tracker which gives the coordinates is fixed to; the root when absent."""
+    camera: str = ""
+    """Link that carries the camera which gives the coordinates, instead of --base; a wrist camera's
+    is the tool."""
+    board: str = ""
+    """Link that the board which the camera saw is fixed to, instead of --hand; a wrist camera's is
+    the base."""
+    add_frames: bool = False
+    """Also add the frames that were estimated to robot.urdf, each a link and a fixed joint."""
     overwrite: bool = False
     """Replace an earlier result in the folder; nothing else is ever replaced."""
     force: bool = False
     """Write the result even when it was refused, or the data contradict it."""
+    all: bool = False
+    """Also print errors before and after, all parameters, and what the data cannot tell."""
     json: bool = False
     """Print one JSON object instead of text."""
 
@@ -87,6 +103,7 @@ class Calibrate:
 
         run = self.resolved()
         asked = {**asdict(run), "inputs": run.inputs, "command": self.command()}
+        asked |= {"add_frames": True} if self.add_frames else {}
         prepare(self.out, self.overwrite, self.run_file, asked)
         notes = Console(stderr=True)
         loaded, answer = self._work(run, asked, notes)
@@ -103,10 +120,10 @@ class Calibrate:
             print(json.dumps(finite(found)))
         else:
             console = Console()
-            print_answer(console, answer.document)
+            print_answer(console, answer.document, self.all, "--all")
             instead = _instead(answer, bool(run.skeleton)) if refused else ""
             text = self._farewell(instead, reported, bool(run.skeleton))
-            console.print(_rows(loaded) + text, highlight=False, soft_wrap=True)
+            console.print(shown(_rows(loaded) + text), **PLAIN)
         return 1 if refused else 0
 
     def _work(
@@ -124,7 +141,7 @@ class Calibrate:
         words = ["bodyschema", "calibrate"]
         for entry in fields(self):
             value = getattr(self, entry.name)
-            if value == entry.default or entry.name in ("out", "overwrite", "json"):
+            if value == entry.default or entry.name in ("out", "overwrite", "json", "all"):
                 continue
             flag = [] if entry.name == "run_file" else [f"--{entry.name.replace('_', '-')}"]
             values = value if isinstance(value, tuple) else (value,)
@@ -146,7 +163,8 @@ class Calibrate:
             return read_run_file(self.run_file)
         if self.skeleton is None:
             return self._from_flags()
-        unused = {"--robot": self.robot, "--hand": self.hand, "--base": self.base}
+        unused = {"--robot": self.robot, "--hand": self.hand, "--base": self.base,
+                  "--camera": self.camera, "--board": self.board}  # fmt: skip
         given = [flag for flag, value in unused.items() if value]
         if given:
             raise InputError(
@@ -162,7 +180,7 @@ class Calibrate:
                 ("--robot", self.robot),
                 ("--recording", self.recording),
                 ("--columns", self.columns),
-                ("--hand", self.hand),
+                ("--hand", self.hand or self.board),
             )
             if not given
         ]
@@ -171,14 +189,12 @@ class Calibrate:
                 f"give a run file, or also {', '.join(missing)}; "
                 "'bodyschema calibrate --help' explains each."
             )
-        from bodyschema.cli.reading.robot import read_robot
-
         points = self.layout == "xyz"
-        base = self.base or read_robot(self.robot).frames[0]
+        (looks, base), (seen, hand) = self._ends(self.robot)
         sense = SenseEntry(
             kind="points" if points else "poses",
-            seen_from="tracker",
-            seen="marker",
+            seen_from=looks,
+            seen=seen,
             columns=self.columns,
             unit=self.unit,
             layout="matrix3x4" if points else self.layout,
@@ -187,22 +203,45 @@ class Calibrate:
             robot=str(self.robot.resolve()),
             recording=tuple(str(path.resolve()) for path in self.recording),
             joints=JointColumns(unit=self.joint_unit),
-            frames={"tracker": FrameEntry(base), "marker": FrameEntry(self.hand)},
+            frames={looks: FrameEntry(base), seen: FrameEntry(hand)},
             senses=(sense,),
         )
+
+    def _ends(self, robot: Path) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Name and link of what looks, and of what is seen: called what they are."""
+        from bodyschema.cli.reading.robot import read_robot
+
+        for one, other, flags in (
+            (self.base, self.camera, "--base and --camera"),
+            (self.hand, self.board, "--hand and --board"),
+        ):
+            if one and other:
+                raise InputError(f"{flags} name the link of one and the same thing; keep one.")
+        frames = read_robot(robot).frames
+        looks, link = ("camera", self.camera) if self.camera else ("tracker", self.base)
+        seen, hand = ("board", self.board) if self.board else ("marker", self.hand)
+        names = (free_name(looks, frames), free_name(seen, frames))
+        return (names[0], link or frames[0]), (names[1], hand)
 
     def _farewell(self, instead: str, reported: bool, learned: bool) -> str:
         if instead:
             return f"\nNothing was written. {instead}, or insist with --force."
-        report = f"Report:          [bold]{self.out / 'report.html'}[/]\n" if reported else ""
+        report = f"Report:          {self.out / 'report.html'}\n" if reported else ""
         robot = "Learned robot:  " if learned else "Corrected robot:"
-        check = f"bodyschema check {self.out} --recording tomorrow.csv"
-        export = f"bodyschema export {self.out} --robot other.urdf --out corrected.urdf"
+        out = shlex.quote(str(self.out))
+        check = f"bodyschema check {out} --recording tomorrow.csv"
+        export = f"bodyschema export {out} --robot other.urdf --out corrected.urdf"
         return (
-            f"\n{robot} [bold]{self.out / 'robot.urdf'}[/]   "
+            f"\n{robot} {self.out / 'robot.urdf'}   "
             f"all numbers: {self.out / 'calibration.yaml'}\n{report}"
             f"Next: {check if learned else export}"
         )
+
+
+def free_name(name: str, taken: Sequence[str]) -> str:
+    """A name for a frame, with a number if the robot has one of that name."""
+    others = (f"{name}_{i}" for i in count(2))
+    return next(one for one in (name, *islice(others, len(taken))) if one not in taken)
 
 
 def _calibration(

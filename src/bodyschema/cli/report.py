@@ -12,10 +12,12 @@ import tyro
 
 @dataclass(frozen=True)
 class Report:
-    """Show what a verb found: verdict, errors, parameters, and what stays open."""
+    """Show what a verb found: the frames asked for, whether to believe it, what to change."""
 
     result: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RESULT")]
     """Folder that any verb wrote."""
+    all: bool = False
+    """Also errors before and after, all parameters, and what the data cannot tell."""
     json: bool = False
     """Print everything that was found as one JSON object instead of text."""
 
@@ -33,7 +35,7 @@ class Report:
             print(json.dumps(plain(document), ensure_ascii=False, allow_nan=False))
             return 0
         console = Console()
-        print_answer(console, document)
+        print_answer(console, document, self.all, "--all")
         page = (self.result if self.result.is_dir() else self.result.parent) / "report.html"
         shown = f"Report: {page.resolve()} (open it in a browser)" if page.is_file() else NO_PAGE
         console.print(f"\n{shown}", **PLAIN)

@@ -54,6 +54,7 @@ def calibration_document(calibration: Calibration, notes: Sequence[str] = ()) ->
         "trust": calibration.trust.document,
         "tone": calibration.tone,
         "predicted_95_mm": millimetres_95(calibration),
+        "wanted": [list(pair) for pair in calibration.wanted],
         "uncertainty": uncertainty(calibration),
         "notes": [*calibration.notes, *notes],
         "findings": list(calibration.findings),

@@ -44,13 +44,16 @@ def corrected_body(calibration: Calibration, nominal: Body) -> Body:
     return nominal.with_variables(free, [wanted.get(n, 0.0) for n in free.names])
 
 
-def corrected_urdf(calibration: Calibration, text: bytes, nominal: Body) -> tuple[bytes, list[str]]:
+def corrected_urdf(
+    calibration: Calibration, text: bytes, nominal: Body, stops: bool = False
+) -> tuple[bytes, list[str]]:
     """A description with the corrections and the loads, byte by byte the same otherwise.
 
     Args:
         calibration: the answer of any verb.
         text: the URDF.
         nominal: the same as a body.
+        stops: the limits are mechanical stops, see `urdf_edits`.
 
     Returns:
         The URDF, and the names of the joints and links that are new or changed.
@@ -64,7 +67,7 @@ def corrected_urdf(calibration: Calibration, text: bytes, nominal: Body) -> tupl
             "the result corrects no joint and knows no load on a link of a robot; "
             "there is nothing to export."
         )
-    edits, changed = urdf_edits(nominal, body), []
+    edits, changed = urdf_edits(nominal, body, stops), []
     patched = patch_urdf(text, edits)
     for link, carried in loads.items():
         nominal.frame_index(link)

@@ -9,7 +9,9 @@ from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
+from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from bodyschema.estimation.clock import FALSE_ALARM
 from bodyschema.export.calibration_yaml import (
@@ -19,16 +21,21 @@ from bodyschema.export.calibration_yaml import (
     uncertainty,
 )
 from bodyschema.export.load_entry import load_entries, load_lines
+from bodyschema.export.static_transforms import place_entries
 from bodyschema.judging.calibration import Calibration
-from bodyschema.judging.places import OPEN
+from bodyschema.judging.places import OPEN, PREFIX
+from bodyschema.report.answer_first import angles, far_off, known, position, quaternion
 from bodyschema.units import read_as, significant
 
 COLOURS = {"good": "green", "doubtful": "yellow", "bad": "red"}
 
 RMS_FIRST = ("rms", "median", "max")
 
-MOST_SENTENCES = 5
-"""Sentences on what the data cannot tell that the terminal shows; the files hold all."""
+HINT = "`bodyschema report --all`"
+"""How to see what an answer in short leaves out."""
+
+MOST_ROWS = 20
+"""Outlier rows that the terminal names; the files hold all."""
 
 
 def as_json(calibration: Calibration) -> dict[str, Any]:
@@ -39,6 +46,7 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
         variables.names, estimate.x, estimate.std, variables.units, known.open_share, strict=True
     )
     return {
+        "transforms": place_entries(calibration),
         "verdict": calibration.verdict,
         "explanation": calibration.explanation,
         "trust": calibration.trust.document,
@@ -90,63 +98,136 @@ def as_json(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def summary_text(document: Mapping[str, Any], width: int = 100) -> str:
+def summary_text(document: Mapping[str, Any], width: int = 100, everything: bool = False) -> str:
     """What `print_answer` prints, as plain text of so many columns."""
     console = Console(width=width, file=StringIO(), color_system=None, force_terminal=False)
     with console.capture() as text:
-        print_answer(console, document)
+        print_answer(console, document, everything)
     return text.get().strip()
 
 
-def print_answer(console: Console, document: Mapping[str, Any]) -> None:
-    """Verdict, errors before and after, parameters, and what the data do not tell.
+def print_answer(
+    console: Console, document: Mapping[str, Any], everything: bool = False, hint: str = HINT
+) -> None:
+    """What was asked for, whether to believe it, and what to change; the rest when asked.
 
     Args:
         console: where to.
         document: everything that was found; see `calibration_document`.
+        everything: also errors, all parameters, and what the data do not tell.
+        hint: how to see everything.
     """
-    verdict = document["verdict"]
-    style = COLOURS[document["tone"]]
-    console.print(f"\n[bold {style}]{verdict}[/]  {escape(document['explanation'])}\n")
-    _print_trust(console, document["trust"])
-    if any(document["held_out"]["after"].values()):
+    console.print()
+    for entry in document["transforms"]:
+        _print_place(console, entry)
+    _print_verdict(console, document)
+    _print_trust(console, document["trust"], everything)
+    if everything and any(document["held_out"]["after"].values()):
         console.print(_error_table(document))
-    if document["predicted"]:
+    if everything and document["predicted"]:
         console.print(_prediction(document), highlight=False)
     for line in (*load_lines(document["loads"]), *document["findings"]):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
-    _print_parameters(console, document)
-    sentences = document["not_determined"]
-    if sentences:
-        console.print("[bold]What these data cannot tell[/]")
-        for sentence in sentences[:MOST_SENTENCES]:
-            console.print(f"  - {escape(sentence)}", highlight=False)
-        if len(sentences) > MOST_SENTENCES:
-            more = len(sentences) - MOST_SENTENCES
-            console.print(f"  ... and {more} more; calibration.yaml lists all.")
-    for line in _warnings(document):
+    folded = _print_parameters(console, document, everything)
+    if everything:
+        _print_untold(console, document["not_determined"])
+    for line in _warnings(document, everything):
         console.print(line, highlight=False)
+    if not everything:
+        _print_folded(console, document, folded, hint)
 
 
-def _print_trust(console: Console, trust: Mapping[str, Any]) -> None:
-    """Why the answer is not to be taken at its word; nothing where it is."""
-    if trust["level"] == "good":
-        return
-    style = COLOURS["doubtful" if trust["level"] == "limited" else "bad"]
-    console.print(f"[bold {style}]Trust: {trust['level']}[/]")
-    for reason in trust["reasons"]:
-        console.print(f"  - {escape(reason)}", highlight=False)
+def _print_place(console: Console, entry: Mapping[str, Any]) -> None:
+    """Numbers for people, how well they are known, and lines to copy."""
+    console.print(f"[bold]{escape(entry['name'])}[/]", highlight=False)
+    for line in (
+        f"xyz {position(entry)} mm",
+        f"rpy {angles(entry)} deg",
+        f"quaternion xyzw {quaternion(entry)}",
+        known(entry),
+    ):
+        console.print(Padding(Text(line), (0, 0, 0, 2), expand=False), highlight=False)
+    for key in ("origin", "command"):
+        if key in entry:
+            console.print(f"  {entry[key]}", highlight=False, markup=False, soft_wrap=True)
     console.print()
 
 
-def _print_parameters(console: Console, document: Mapping[str, Any]) -> None:
-    """The skeleton, or all parameters but roots of loads; none where a wrist's sensor was told."""
+def _print_verdict(console: Console, document: Mapping[str, Any]) -> None:
+    """The stated error first, the held-out one below."""
+    style, far = COLOURS[document["tone"]], escape(far_off(document))
+    explanation = escape(document["explanation"])
+    first = f"[bold]{far}[/]" if far else explanation
+    console.print(f"[bold {style}]{document['verdict']}[/]  {first}", highlight=False)
+    if far:
+        console.print(explanation, highlight=False)
+    console.print()
+
+
+def _print_trust(console: Console, trust: Mapping[str, Any], everything: bool) -> None:
+    """Why the answer is not to be taken at its word; nothing where it is.
+
+    The gravest reason of a limited answer; all where the data contradict it.
+    """
+    if trust["level"] == "good":
+        return
+    limited = trust["level"] == "limited"
+    style = COLOURS["doubtful" if limited else "bad"]
+    console.print(f"[bold {style}]Trust: {trust['level']}[/]")
+    shown = trust["reasons"][: 1 if limited and not everything else None]
+    for reason in shown:
+        console.print(f"  - {escape(reason)}", highlight=False)
+    more = len(trust["reasons"]) - len(shown)
+    if more:
+        console.print(f"  ... and {more} more reason{'s' * (more > 1)}.", highlight=False)
+    console.print()
+
+
+def _print_parameters(console: Console, document: Mapping[str, Any], everything: bool) -> int:
+    """The skeleton, or what was changed; none where a wrist's sensor was told.
+
+    Returns:
+        How many parameters were not shown.
+    """
     if document.get("skeleton"):
         console.print(_skeleton_table(document["skeleton"]))
-    elif "sensor" not in document["details"]:
-        rows = [p for p in document["parameters"] if not p["group"].startswith("load:")]
-        if rows:
-            console.print(_parameter_table(rows))
+        return 0
+    rows = [p for p in document["parameters"] if not p["group"].startswith("load:")]
+    if "sensor" in document["details"] or not rows:
+        return 0
+    changed = [r for r in rows if r["written_std"] is not None and not _is_frame(r)]
+    if everything:
+        console.print(_parameter_table(rows))
+        return 0
+    if changed:
+        console.print(_parameter_table(changed, written=True))
+    return len([r for r in rows if r["written_std"] is None])
+
+
+def _is_frame(row: Mapping[str, Any]) -> bool:
+    return bool(row["group"].startswith(PREFIX))
+
+
+def _print_folded(console: Console, document: Mapping[str, Any], folded: int, hint: str) -> None:
+    """What was left out, in one line."""
+    left = []
+    if any(document["held_out"]["after"].values()):
+        left.append("errors before and after")
+    if folded:
+        said = "unchanged within their error or not determined"
+        left.append(f"{folded} other parameter{'s' * (folded > 1)} ({said})")
+    if document["not_determined"]:
+        n = len(document["not_determined"])
+        left.append(f"{n} sentence{'s' * (n > 1)} on what the data cannot tell")
+    if left:
+        console.print(f"[dim]More with {hint}: {', '.join(left)}.[/]", highlight=False)
+
+
+def _print_untold(console: Console, sentences: Sequence[str]) -> None:
+    if sentences:
+        console.print("[bold]What these data cannot tell[/]")
+        for sentence in sentences:
+            console.print(f"  - {escape(sentence)}", highlight=False)
 
 
 def _prediction(document: Mapping[str, Any]) -> str:
@@ -162,7 +243,7 @@ def _prediction(document: Mapping[str, Any]) -> str:
     )
 
 
-def _warnings(document: Mapping[str, Any]) -> list[str]:
+def _warnings(document: Mapping[str, Any], everything: bool) -> list[str]:
     lines = []
     if document["clock_p_value"] < FALSE_ALARM:
         rows = ", ".join(map(str, document["late_rows"])) or "none singly certain"
@@ -175,11 +256,14 @@ def _warnings(document: Mapping[str, Any]) -> list[str]:
         )
     outliers = document["outlier_rows"]
     if outliers:
-        shown = ", ".join(map(str, outliers[:20]))
-        more = " ..." if len(outliers) > 20 else ""
+        shown = ", ".join(map(str, outliers[:MOST_ROWS]))
+        more = " ..." if len(outliers) > MOST_ROWS else ""
         lines.append(
             f"[bold]{len(outliers)} outlier rows[/] (counted from 0) were held off and "
             f"left out of the errors above: {shown}{more}"
+            if everything
+            else f"[bold]{len(outliers)} of {document['rows']} rows[/] are outliers and were left "
+            "out."
         )
     if not document["converged"]:
         learner = document.get("learner", "batch")
@@ -228,15 +312,18 @@ def _skeleton_table(skeleton: Mapping[str, Mapping[str, Any]]) -> Table:
     return table
 
 
-def _parameter_table(variables: Sequence[Mapping[str, Any]]) -> Table:
+def _parameter_table(variables: Sequence[Mapping[str, Any]], written: bool = False) -> Table:
+    """All values with their errors, or those that were written, the others being as modelled."""
+    value, error = ("written", "written_std") if written else ("value", "std")
     table = Table(title="Corrections", title_justify="left")
     for head in ("parameter", "value", "± std", "unit"):
-        table.add_column(head, justify="left" if head in ("parameter", "unit") else "right")
+        left = head in ("parameter", "unit")
+        table.add_column(head, justify="left" if left else "right", overflow="fold")
     for entry in variables:
         scale, shown = read_as(entry["unit"])
-        std = entry["std"]
+        std = entry[error]
         bar = "not determined" if std is None else f"{scale * std:.3f}"
-        table.add_row(escape(entry["name"]), f"{scale * entry['value']:+.3f}", bar, shown)
+        table.add_row(escape(entry["name"]), f"{scale * entry[value]:+.3f}", bar, shown)
     return table
 
 

@@ -130,11 +130,45 @@ def test_a_file_of_the_folder_names_it_too(folder: Path, loaded: Answer) -> None
 
 def test_the_summary_says_verdict_trust_and_figures(answer: Answer, loaded: Answer) -> None:
     text = answer.summary()
-    assert text.startswith("calibrated  The held-out error falls from")
+    assert text.startswith("T_base_tracker\n  xyz ")
+    assert "\ncalibrated  tool in tracker off by less than 0.33 mm (95 %)" in text
+    assert text.index("0.33 mm") < text.index("The held-out error falls from")
     assert "Trust: limited\n  - The halves of the recording disagree by 0.81 mm." in text
     assert "joint_2.offset" in text
     assert loaded.summary() == text
-    assert max(map(len, answer.summary(60).splitlines())) <= 60
+    narrow = [line for line in answer.summary(60).splitlines() if "  ros2" not in line]
+    assert max(len(line) for line in narrow if "<origin" not in line) <= 60
+
+
+def test_the_rest_is_said_when_asked(answer: Answer) -> None:
+    short, whole = answer.summary(), answer.summary(everything=True)
+    assert "joint_1.offset" not in short
+    assert "2 other parameters (unchanged within their error or not" in " ".join(short.split())
+    for only in ("Held-out error over 24 rows", "Predicted error of", "joint_1.offset",
+                 "What these data cannot tell"):  # fmt: skip
+        assert only in whole
+        assert only not in short
+    assert "report --all" not in whole
+
+
+def test_a_cell_shows_a_few_lines(answer: Answer, loaded: Answer) -> None:
+    said = repr(answer)
+    assert len(said.splitlines()) < 20
+    assert len(said) < 1000
+    assert "T_base_tracker: xyz " in said
+    assert "tool in tracker off by less than 0.33 mm (95 %)" in said
+    assert repr(loaded) == said
+
+
+def test_its_transforms_go_with_the_robot_that_is_written(answer: Answer) -> None:
+    found = answer.transforms()
+    assert list(found) == ["T_base_tracker", "T_tip_tool"]
+    body = settled(answer).body
+    for place in found.values():
+        assert np.array_equal(place.T, body.placement[body.frame_index(place.frame)])
+        assert place.sd.shape == (6,)
+    assert replace(answer, verdict="refused").transforms() == {}
+    assert 'link name="tracker"' in replace(answer, described=None).to_urdf()
 
 
 def test_good_trust_is_not_mentioned(answer: Answer) -> None:

@@ -52,7 +52,7 @@ def test_a_limited_one_is_written_and_says_why(
 ) -> None:
     assert finish(answer.believed(LIMITED), tmp_path / "out", False, False) == 0
     text = capsys.readouterr().out
-    assert "calibrated  It falls." in text
+    assert "calibrated  off by less than 1.2 mm (95 %)\nIt falls." in text
     assert "Trust: limited\n  - The halves disagree by 0.8 mm." in text
     assert load(tmp_path / "out").trust == LIMITED
 
