@@ -105,6 +105,12 @@ def stepped(work: Callable[[], object], act: Callable[[int], object]) -> None:
         sys.setprofile(None)
 
 
+def kill_at(step: int, count: int) -> None:
+    """End this process at a step."""
+    if count == step:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
 def undisturbed(scene: Scene, steps: mmap.mmap | None = None) -> float:
     """How long a writer takes, s; counts its steps in shared memory where that is given."""
 
@@ -175,11 +181,7 @@ def killed(scene: Scene, step: int | None, after: float, folder: Path) -> Kill:
     place = begun(scene, folder)
     before = others(place)
 
-    def suicide(count: int) -> None:
-        if count == step:
-            os.kill(os.getpid(), signal.SIGKILL)
-
-    child = forked(writer(scene, place, suicide if step else None))
+    child = forked(writer(scene, place, partial(kill_at, step) if step else None))
     if step is None:
         time.sleep(after)
         os.kill(child, signal.SIGKILL)

@@ -85,6 +85,33 @@ def test_leftovers_are_cleared_away_and_nothing_else(tmp_path: Path) -> None:
     assert contents(tmp_path) == [name for name in kept if name != living.name]
 
 
+def test_a_file_clears_away_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "plan.csv"
+    left, other = aside(path, ".csv"), aside(tmp_path / "other.csv", ".csv")
+    left.touch()
+    other.touch()
+    with new_file(path) as temporary:
+        temporary.write_text("1")
+    assert contents(tmp_path) == sorted([other.name, "plan.csv"])
+
+
+def test_between_two_renames_the_old_one_is_the_writers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, rename, asked = result(tmp_path / "results"), Path.rename, []
+    monkeypatch.setattr("bodyschema.atomic.folder.swapped", lambda *_: False)
+
+    def watched(self: Path, target: Path) -> Path:
+        if target == path:
+            asked.append(found_again(path))
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", watched)
+    result(path, "new")
+    assert asked == [False]
+    assert contents(path) == [MANIFEST, "new"]
+
+
 def test_a_writer_at_work_is_not_cleared_away(tmp_path: Path) -> None:
     with new_folder(tmp_path / "results") as first:
         (first / "first").touch()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import stat
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -73,6 +74,25 @@ def test_a_cut_line_gives_way_to_the_next(tmp_path: Path) -> None:
     lines.write_bytes(b"x" * 5000)
     ledger.add("run 0", {"mean": 0.0, "text": "ü"})
     assert lines.read_bytes() == whole.splitlines(keepends=True)[0]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends POSIX signals")
+def test_killed_while_a_cut_line_is_dropped(tmp_path: Path) -> None:
+    """At each step of the next line that is added."""
+    from kills import forked, kill_at, stepped
+
+    ledger = filled(tmp_path / "out")
+    lines = tmp_path / "out" / LINES
+    whole, code, step = lines.read_bytes(), -9, 0
+    while code == -9:
+        lines.write_bytes(whole + b'{"key": "run 3"')
+        step += 1
+        add = partial(ledger.add, "run 4", {"mean": 4.0})
+        child = forked(partial(stepped, add, partial(kill_at, step)))
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        assert lines.read_bytes().startswith(whole)
+    assert code == 0
+    assert step > 10
 
 
 def test_what_is_cut_off_is_never_rewritten(
