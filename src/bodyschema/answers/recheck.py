@@ -211,6 +211,12 @@ def _millimetres(suspect: Suspect | Change) -> float | None:
     return 1e3 * effect if np.isfinite(effect) else None
 
 
+def _share(suspect: Suspect | Change) -> float | None:
+    """Of what all parts together explain; None where they were not tried."""
+    share = suspect.share if isinstance(suspect, Suspect) else float("nan")
+    return share if np.isfinite(share) else None
+
+
 def check_json(found: Recheck, stream: StreamCheck | None = None) -> dict[str, Any]:
     """The answer in plain types; changes in SI, "watched_s" null where there was no stream."""
     test = found.test
@@ -227,9 +233,11 @@ def check_json(found: Recheck, stream: StreamCheck | None = None) -> dict[str, A
                 "p_value": suspect.p_value,
                 "change": dict(zip(suspect.names, map(float, suspect.change), strict=True)),
                 "effect_mm": _millimetres(suspect),
+                "share": _share(suspect),
             }
             for suspect in suspects
         ],
+        "one_part_explains_it": test.alone,
         "position_rms_mm": 1e3 * rms if np.isfinite(rms := test.position_rms) else None,
         "rows": found.rows,
         "watched_s": stream.seconds if stream is not None else None,

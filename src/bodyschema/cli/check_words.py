@@ -6,7 +6,7 @@ import math
 
 from bodyschema.answers.recheck import Recheck
 from bodyschema.monitoring.blame import EVERYTHING
-from bodyschema.monitoring.change import Suspect
+from bodyschema.monitoring.change import ChangeTest, Suspect
 from bodyschema.monitoring.stream_check import UNNAMED, Change, StreamCheck
 
 UNITS = {
@@ -47,10 +47,16 @@ def describe_check(found: Recheck, false_alarm: float) -> str:
         return f"still true: {told}"
     lines = [f"changed: {told}"]
     if test.suspects:
-        several = len(test.suspects) > 1
-        which = "It is one of these" if several else "It is this part"
-        lines += [f"{which}, moved by about", *(f"  {_blame(one)}" for one in test.suspects)]
+        lines += [f"{_which(test)}, moved by about", *(f"  {_blame(one)}" for one in test.suspects)]
     return "\n".join([*lines, f"Next: {found.then}"])
+
+
+def _which(test: ChangeTest) -> str:
+    """What is blamed, and whether it explains all that does not fit."""
+    if test.alone:
+        return "It is one of these" if len(test.suspects) > 1 else "It is this part"
+    share = f"{test.suspects[0].share:.0%}"
+    return f"More than one part has moved, or one bends; the best alone explains {share}"
 
 
 def _blame(suspect: Suspect | Change) -> str:

@@ -6,27 +6,38 @@ import json
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
-from bodyschema.errors import shown
+from bodyschema.errors import InputError, shown
 
 
 @dataclass(frozen=True)
 class Simulate:
-    """Record a simulated iCub whose right arm and eye are not where its model says."""
+    """Record a simulated robot that is not as its model says, to try things with.
 
+    An iCub whose right arm and eye are wrong watches its hand; or an arm with wrong joint zeros
+    looks at a board with the camera on its wrist, recorded as a table, a ROS 2 bag or a LeRobot
+    data set.
+    """
+
+    scene: Literal["icub", "wrist-camera"] = "icub"
+    """Which robot."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("simulated")
-    """Folder for robot.urdf, recording.csv, run.toml and truth.json."""
+    """Folder for the robot's URDF, the recording, run.toml and truth.json."""
+    form: Literal["csv", "bag", "lerobot"] = "csv"
+    """What the recording is written as; of the wrist camera."""
     samples: int = 60
     """Number of postures."""
     seed: int = 0
     """The same seed gives the same bytes."""
     pixel_noise: float = 0.3
-    """Noise of each image coordinate, px."""
+    """Noise of each image coordinate, px; of the iCub."""
     outliers: float = 0.05
-    """Share of wrong matches, 0 to 1."""
+    """Share of wrong matches, 0 to 1; of the iCub."""
+    zero_error: float = 3.0
+    """Joint zeros are wrong by up to this, deg; of the wrist camera's arm."""
     overwrite: bool = False
     """Replace an older simulation in the folder."""
     json: bool = False
@@ -34,20 +45,43 @@ class Simulate:
 
     def run(self) -> int:
         """Simulate and write; see the module's text."""
+        words = self._icub() if self.scene == "icub" else self._wrist_camera()
+        if self.json:
+            print(json.dumps({"folder": str(self.out), "run": str(self.out / "run.toml")}))
+        else:
+            print(words)
+            run = shlex.quote(str(self.out / "run.toml"))
+            print(shown(f"Recorded in {self.out}. Next: bodyschema calibrate {run}"))
+        return 0
+
+    def _icub(self) -> str:
+        """Record the iCub; in words what is wrong with it."""
         from bodyschema.simulation.folder import write_simulation
         from bodyschema.simulation.world import Simulation, describe_simulation, simulate
 
+        if self.form != "csv":
+            raise InputError(
+                f"the iCub is recorded as csv, not as {self.form}; add --scene wrist-camera."
+            )
         settings = Simulation(
             n_samples=self.samples,
             seed=self.seed,
             pixel_noise=self.pixel_noise,
             outliers=self.outliers,
         )
-        folder = write_simulation(simulate(settings), self.out, self.overwrite)
-        if self.json:
-            print(json.dumps({"folder": str(folder), "run": str(folder / "run.toml")}))
-        else:
-            print(describe_simulation(settings))
-            run = shlex.quote(str(folder / "run.toml"))
-            print(shown(f"Recorded in {folder}. Next: bodyschema calibrate {run}"))
-        return 0
+        write_simulation(simulate(settings), self.out, self.overwrite)
+        return describe_simulation(settings)
+
+    def _wrist_camera(self) -> str:
+        """Record the arm; in words what is wrong with it."""
+        from bodyschema.simulation.wrist_camera import (
+            WristCamera,
+            describe_wrist_camera,
+            simulate_wrist_camera,
+        )
+        from bodyschema.simulation.wrist_folder import write_wrist_folder
+
+        settings = WristCamera(self.samples, self.seed, self.zero_error)
+        recorded = simulate_wrist_camera(settings)
+        write_wrist_folder(recorded, self.out, self.form, self.overwrite)
+        return describe_wrist_camera(recorded)

@@ -16,8 +16,11 @@ T_B over its spread (the variance that the scores really have over what H says) 
 F of rank(S) and the remaining degrees of freedom if nothing has changed. Each part is tested; the
 smallest p-value times the number of parts is compared with the allowed rate of false alarms
 (Bonferroni). The weights are found anew for each part with its own change put in, so that a large
-change is not taken for a recording full of outliers. A part is suspect when its evidence comes
-close to the best one's: what the data cannot tell apart is blamed together.
+change is not taken for a recording full of outliers; then parts are compared by T_B at the weights
+and the spread of the best one, for their own differ by a few per cent, which of a large T is much.
+A part is suspect when its evidence comes close to the best one's: what the data cannot tell apart
+is blamed together. Its rival is that all parts have moved: where that is better by as much, no
+single part is the cause; the share of that T which a part explains is said.
 
 A model that is not quite true errs alike in like postures, so that the samples of a calibration
 are worth less than their number: L is that of an estimate as wide as its own samples made it
@@ -50,6 +53,9 @@ FREEDOM = 4.0
 CLOSE = 6.0
 """Difference of evidence (2 log likelihood ratio) up to which parts are suspected together."""
 
+MOST = 0.9
+"""Share of what all parts together explain from which one part is the cause."""
+
 ROUNDS = 5
 
 LEAST = 0.1
@@ -72,6 +78,8 @@ class Suspect:
     """(k,) of the parameters that changed."""
     effect: float = float("nan")
     """m: 95 % of how far the change moves what was seen, in the postures of the new samples."""
+    share: float = float("nan")
+    """T_B over that of all parts together."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,8 @@ class ChangeTest:
     """Parts that explain the change about equally well, best first; empty when unchanged."""
     position_rms: float
     """m: of the new samples under the calibrated body, outliers not counted."""
+    alone: bool = True
+    """One part explains the change as well as all parts together do."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +118,31 @@ class _Block:
         return slice(self.first, self.first + len(self.residual))
 
 
+@dataclass(frozen=True)
+class _Fitted:
+    """The change of one part that explains the new samples best at given weights."""
+
+    change: Array
+    """(k,)."""
+    moved: Array
+    """(n_parameters,) that and e."""
+    squared: float
+    """u^T S^-1 u."""
+    degrees: int
+    """rank(S)."""
+
+
+@dataclass(frozen=True)
+class _Tested:
+    """One part, tested with weights and a spread of its own."""
+
+    suspect: Suspect
+    fitted: _Fitted
+    spread: float
+    rest: float
+    """Degrees of freedom behind the spread."""
+
+
 def detect_change(
     estimate: Estimate,
     senses: Sequence[Sense],
@@ -126,15 +161,35 @@ def detect_change(
     """
     variables, parts = parts_of(estimate, senses)
     blocks = _blocks(estimate, variables, senses, fields or {})
-    tests = [_test_part(name, rows, estimate, variables, blocks) for name, rows in parts.items()]
-    ranked = sorted(tests, key=lambda suspect: -suspect.evidence)
-    p_value = min(1.0, len(tests) * min(suspect.p_value for suspect in tests))
-    near = [s for s in ranked if ranked[0].evidence - s.evidence < CLOSE]
-    close = [replace(s, effect=_effect(estimate, variables, s, senses)) for s in near]
-    matters = not all(s.effect < least for s in close)
+    tests = {
+        part: _test_part(part, rows, estimate, variables, blocks) for part, rows in parts.items()
+    }
+    p_value = min(1.0, len(tests) * min(test.suspect.p_value for test in tests.values()))
+    best = max(tests.values(), key=lambda test: test.suspect.evidence)
+    H, g = _normal(blocks, _weights(blocks, best.fitted.moved))
+
+    def told(rows: Sequence[int]) -> tuple[float, float]:
+        """T_B and evidence of a part, all at the same weights."""
+        fitted = _fit(rows, H, g, estimate.information)
+        gain = fitted.squared / best.spread
+        return gain, gain - _cost(fitted.degrees, best.rest)
+
+    found = {part: told(rows) for part, rows in parts.items()}
+    all_gain, all_evidence = told(sorted({row for rows in parts.values() for row in rows}))
+    ranked = sorted(found, key=lambda part: -found[part][1])
+    strongest = found[ranked[0]][1]
+    close = []
+    for part in ranked:
+        gain, evidence = found[part]
+        if strongest - evidence < CLOSE:
+            suspect, share = tests[part].suspect, gain / max(all_gain, gain)
+            effect = _effect(estimate, variables, suspect, senses)
+            close.append(replace(suspect, evidence=evidence, share=share, effect=effect))
+    matters = not all(suspect.effect < least for suspect in close)
     changed = p_value < false_alarm and matters
-    close = close if changed else []
-    return ChangeTest(changed, p_value, tuple(close), _typical(estimate.body, senses))
+    alone = close[0].share > MOST or all_evidence - strongest < CLOSE
+    suspects = tuple(close) if changed else ()
+    return ChangeTest(changed, p_value, suspects, _typical(estimate.body, senses), alone)
 
 
 def _blocks(
@@ -166,33 +221,42 @@ def _test_part(
     estimate: Estimate,
     variables: Variables,
     blocks: Sequence[_Block],
-) -> Suspect:
+) -> _Tested:
     """Fit the change of one part, with weights of its own, and test it against none."""
-    known, B = len(estimate.x), list(rows)
-    whole = np.zeros(len(variables))
+    moved = np.zeros(len(variables))
     for _ in range(ROUNDS):
-        H, g = _normal(blocks, _weights(blocks, whole))
-        prior = H[:known, :known] + estimate.information
-        M = np.linalg.solve(prior, np.column_stack([H[:known][:, B], g[:known]]))
-        S = H[np.ix_(B, B)] - H[B][:, :known] @ M[:, :-1]
-        u = g[B] - H[B][:, :known] @ M[:, -1]
-        values, vectors = np.linalg.eigh((S + S.T) / 2)
-        seen = values > 1e-9 * max(values[-1], 1e-300)
-        along = vectors[:, seen].T @ u
-        change = vectors[:, seen] @ (along / values[seen])
-        whole = np.zeros(len(variables))
-        whole[:known] = M[:, -1] - M[:, :-1] @ change
-        whole[B] += change
-    degrees = int(np.sum(seen))
-    spread, rest = _spread(blocks, whole, degrees)
-    evidence = float(np.sum(along**2 / values[seen])) / spread
-    return Suspect(
-        part,
-        float(fdtrc(degrees, rest, evidence / degrees)),
-        evidence - degrees * np.log(max(rest, 2)),
-        change,
-        tuple(variables.names[i] for i in B),
-    )
+        H, g = _normal(blocks, _weights(blocks, moved))
+        fitted = _fit(rows, H, g, estimate.information)
+        moved = fitted.moved
+    spread, rest = _spread(blocks, moved, fitted.degrees)
+    T = fitted.squared / spread
+    p_value = float(fdtrc(fitted.degrees, rest, T / fitted.degrees))
+    names = tuple(variables.names[i] for i in rows)
+    evidence = T - _cost(fitted.degrees, rest)
+    suspect = Suspect(part, p_value, evidence, fitted.change, names)
+    return _Tested(suspect, fitted, spread, rest)
+
+
+def _fit(rows: Sequence[int], H: Array, g: Array, information: Array) -> _Fitted:
+    """The change of the parameters in `rows`, e eliminated."""
+    known, B = len(information), list(rows)
+    prior = H[:known, :known] + information
+    M = np.linalg.solve(prior, np.column_stack([H[:known][:, B], g[:known]]))
+    S = H[np.ix_(B, B)] - H[B][:, :known] @ M[:, :-1]
+    u = g[B] - H[B][:, :known] @ M[:, -1]
+    values, vectors = np.linalg.eigh((S + S.T) / 2)
+    seen = values > 1e-9 * max(values[-1], 1e-300)
+    along = vectors[:, seen].T @ u
+    change = vectors[:, seen] @ (along / values[seen])
+    moved = np.zeros(len(g))
+    moved[:known] = M[:, -1] - M[:, :-1] @ change
+    moved[B] += change
+    return _Fitted(change, moved, float(np.sum(along**2 / values[seen])), int(np.sum(seen)))
+
+
+def _cost(degrees: int, rest: float) -> float:
+    """What so many parameters gain by chance (Schwarz 1978)."""
+    return float(degrees * np.log(max(rest, 2.0)))
 
 
 def _effect(

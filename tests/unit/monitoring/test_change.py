@@ -74,6 +74,30 @@ def test_a_moved_joint_zero_is_found_and_blamed(seed: int) -> None:
     assert blamed.change[0] == pytest.approx(np.deg2rad(1.0), abs=np.deg2rad(0.3))
 
 
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("number", [0, 4])
+def test_a_joint_is_blamed_before_the_frame_beside_it(number: int, seed: int) -> None:
+    """The first zero is a turn of the tracker, the last of the hand: each fits as well."""
+    robot, rng = calibrated(seed), np.random.default_rng(70 + seed)
+    zero = free_joints(robot.truth, ("offsets",), [robot.truth.joints[number]])
+    knocked = robot.truth.with_variables(zero, [np.deg2rad(2.0)])
+    answer = detect_change(robot.fit, [record(knocked, 40, rng)])
+    assert answer.suspects[0].part == robot.truth.joints[number]
+    assert answer.alone
+    assert answer.suspects[0].share > 0.95
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_two_joints_at_once_are_no_single_part(seed: int) -> None:
+    robot, rng = calibrated(seed), np.random.default_rng(80 + seed)
+    zeros = free_joints(robot.truth, ("offsets",), [robot.truth.joints[i] for i in (1, 3)])
+    knocked = robot.truth.with_variables(zeros, np.deg2rad([2.0, -1.5]))
+    answer = detect_change(robot.fit, [record(knocked, 40, rng)])
+    assert answer.changed
+    assert not answer.alone
+    assert answer.suspects[0].share < 0.9
+
+
 @pytest.mark.parametrize("frame", ["tracker", "hand"])
 def test_a_moved_frame_is_found_and_blamed(frame: str) -> None:
     robot, rng = calibrated(3), np.random.default_rng(9)
