@@ -22,6 +22,7 @@ from bodyschema.atomic.leftovers import (
 from bodyschema.atomic.manifest import (
     MANIFEST,
     Earlier,
+    entries,
     listed,
     manifest_text,
     never,
@@ -110,8 +111,8 @@ def _refuse_full(path: Path, target: Path, overwrite: bool, earlier: Earlier) ->
 def _seal(fresh: Path, growing: Collection[str]) -> None:
     """List what is in the folder, and wait until the disk has it."""
     (fresh / MANIFEST).write_text(manifest_text(listed(fresh, growing)), encoding="utf-8")
-    for file in fresh.iterdir():
-        sync_file(file)
+    for _, path in entries(fresh):
+        sync_folder(path) if path.is_dir() else sync_file(path)
     sync_folder(fresh)
 
 

@@ -2,8 +2,9 @@
 
     .bodyschema.json    {"written_by": "bodyschema", "files": {"robot.urdf": ["<SHA-256>"], ...}}
 
-A file is ours while its content has one of its hashes; one without hashes grows (a ledger). What a
-folder of an earlier version holds, from before there was this list, is for its reader to judge.
+Files of folders inside have their path from the folder, with slashes. A file is ours while its
+content has one of its hashes; one without hashes grows (a ledger). What a folder of an earlier
+version holds, from before there was this list, is for its reader to judge.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
-from pathlib import Path
+import stat
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath
 
 from bodyschema.errors import InputError
 
@@ -33,7 +35,7 @@ def never(_: Path) -> bool:
 
 def listed(folder: Path, growing: Collection[str] = ()) -> Manifest:
     """The list for a folder as it is, with the names of files that will grow."""
-    names = sorted({path.name for path in folder.iterdir()} | {*growing})
+    names = sorted({name for name, path in entries(folder) if path.is_file()} | {*growing})
     return {name: [] if name in growing else [file_hash(folder / name)] for name in names}
 
 
@@ -73,18 +75,32 @@ def strangers(folder: Path, earlier: Earlier = never) -> tuple[list[str], list[s
         earlier: knows the folders of earlier versions.
     """
     files = read_manifest(folder)
-    with os.scandir(folder) as found:
-        entries = sorted(found, key=lambda entry: entry.name)
     if files is None:
-        return ([] if earlier(folder) else [entry.name for entry in entries]), []
+        return ([] if earlier(folder) else sorted(os.listdir(folder))), []
+    ours = {parent.as_posix() for name in files for parent in PurePosixPath(name).parents}
     foreign, changed = [], []
-    for entry in entries:
-        hashes = files.get(entry.name)
-        if not entry.is_file(follow_symlinks=False) or (hashes is None and entry.name != MANIFEST):
-            foreign.append(entry.name)
-        elif hashes and file_hash(Path(entry.path)) not in hashes:
-            changed.append(entry.name)
+    for name, path in entries(folder):
+        hashes = files.get(name)
+        if path.is_dir() and not path.is_symlink():
+            foreign += [] if name in ours else [name]
+        elif not is_plain(path) or (hashes is None and name != MANIFEST):
+            foreign.append(name)
+        elif hashes and file_hash(path) not in hashes:
+            changed.append(name)
     return foreign, changed
+
+
+def entries(folder: Path) -> Iterator[tuple[str, Path]]:
+    """All that is in a folder and in folders inside, links not followed, in order: path from it."""
+    for path in sorted(folder.iterdir()):
+        yield path.name, path
+        if path.is_dir() and not path.is_symlink():
+            yield from ((f"{path.name}/{name}", inner) for name, inner in entries(path))
+
+
+def is_plain(path: Path) -> bool:
+    """Whether it is a file itself, neither link nor device."""
+    return stat.S_ISREG(path.lstat().st_mode)
 
 
 def refuse_strangers(folder: Path, earlier: Earlier = never) -> None:

@@ -304,3 +304,27 @@ def test_two_runs_at_once_leave_one_result_whole(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not empty"):
         late()
     assert contents(tmp_path / "other") == [*HIDDEN, "early"]
+
+
+def test_folders_inside_are_listed_and_anything_else_in_them_is_kept(tmp_path: Path) -> None:
+    target = tmp_path / "set"
+
+    def write(text: str) -> None:
+        with new_folder(target, overwrite=True) as fresh:
+            (fresh / "meta").mkdir()
+            (fresh / "meta" / "info.json").write_text(text)
+
+    write("1")
+    write("2")
+    assert (target / "meta" / "info.json").read_text() == "2"
+    (target / "meta" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"'meta/notes\.txt', which bodyschema did not write"):
+        write("3")
+    (target / "meta" / "notes.txt").unlink()
+    (target / "empty").mkdir()
+    with pytest.raises(InputError, match="'empty'"):
+        write("3")
+    (target / "empty").rmdir()
+    (target / "meta" / "info.json").write_text("edited")
+    with pytest.raises(InputError, match=r"'meta/info\.json' was changed"):
+        write("3")

@@ -216,7 +216,7 @@ def test_a_failed_write_leaves_nothing_behind(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(f"bodyschema.sources.tables._write_{kind}", fail)
-    with pytest.raises(InputError, match="No space left.*what was there is as it was"):
+    with pytest.raises(InputError, match=r"No space left.*what was there is as it was"):
         write_table(path, {"a": [2.0]})
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
     assert path.read_bytes() == before
