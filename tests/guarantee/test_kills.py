@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 
+from bodyschema.answers.answer import load
+from bodyschema.atomic.leftovers import aside
 from bodyschema.errors import InputError
 
 if os.name != "posix":
     pytest.skip("sends POSIX signals", allow_module_level=True)
 
-from killed_writers import NEW, OLD, PART, SCENES, Scene
+from killed_writers import NEW, OLD, PART, SCENES, Scene, save
 from kills import begun, forked, kills, others
 
 
@@ -23,6 +25,14 @@ def test_killed_writers_leave_the_old_or_the_new_result() -> None:
     found = list(kills(random=6, targeted=14, every=False, seed=int(os.environ.get("SEED", "1"))))
     assert len(found) == 20
     assert [kill for kill in found if not kill.held] == []
+
+
+def test_load_finds_what_a_killed_writer_took_away(tmp_path: Path) -> None:
+    place = tmp_path / "result"
+    save(place, OLD)
+    place.rename(aside(place, ".old"))
+    assert load(place).explanation == OLD
+    assert [path.name for path in tmp_path.iterdir()] == ["result"]
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=[scene.name for scene in SCENES])

@@ -38,14 +38,14 @@ class Export:
         from bodyschema.atomic import check_new_file, new_file
         from bodyschema.export.corrections import corrected_body, corrected_urdf
         from bodyschema.export.double_zeros import double_zeros
-        from bodyschema.export.result_folder import refuse_inputs
+        from bodyschema.export.result_folder import inputs_of, refuse_inputs
         from bodyschema.export.static_transforms import added_frames
         from bodyschema.export.urdf_frames import with_frames
         from bodyschema.model.urdf import parse_urdf, urdf_text
 
-        refuse_inputs(self.out, [self.robot, self.result])
         check_new_file(self.out, self.overwrite)
         answer = load(self.result)
+        refuse_inputs(self.out, [self.robot, self.result, *inputs_of(None, answer.run)])
         packages = answer.run.get("packages", {})
         text = urdf_text(self.robot, packages, answer.run.get("robot_arguments", {}))
         nominal = parse_urdf(text, self.robot, packages)

@@ -88,7 +88,7 @@ class PlanPoses:
         stored = load(self.result)
         if stored.verb in IN_WORDS:
             return self._say(stored)
-        self._check()
+        self._check(stored)
         recalled = recall(stored.run, stored.body, self.robot)
         estimate, notes = self._belief(stored.estimate, recalled)
         body, senses = estimate.body, recalled.senses
@@ -124,16 +124,16 @@ class PlanPoses:
             print("\n".join(sentences))
         return 0
 
-    def _check(self) -> None:
+    def _check(self, stored: Answer) -> None:
         from bodyschema.acting.plan_picture import is_plan_picture
         from bodyschema.atomic import check_new_file
-        from bodyschema.export.result_folder import refuse_inputs
+        from bodyschema.export.result_folder import inputs_of, refuse_inputs
 
         if self.out.suffix not in (".csv", ".parquet"):
             raise InputError(f"'{self.out}' is neither .csv nor .parquet; name such a file.")
         picture = self.out.with_suffix(".png")
         for path in (self.out, picture):
-            refuse_inputs(path, [self.result, *([self.robot] if self.robot else [])])
+            refuse_inputs(path, [self.result, *inputs_of(self.robot, stored.run)])
             check_new_file(path, self.overwrite)
         if picture.exists() and not is_plan_picture(picture):
             raise InputError(

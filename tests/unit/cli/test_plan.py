@@ -165,6 +165,32 @@ def test_files_are_not_replaced_unasked(folder: Path, capsys: pytest.CaptureFixt
     assert "--overwrite" in capsys.readouterr().err
     assert (folder / "plan.png").read_text() == "mine"
     assert not (folder / "plan.csv").exists()
+    # Only the table was named: the picture beside it is replaced if it is one of ours.
+    assert plan(folder, "--overwrite") == 2
+    assert "is not one that bodyschema drew; move it away" in capsys.readouterr().err
+    assert (folder / "plan.png").read_text() == "mine"
+    assert not (folder / "plan.csv").exists()
+
+
+def test_inputs_and_results_are_never_replaced(
+    folder: Path, calibrated: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recording = (calibrated / "data.csv").read_bytes()
+    for out in (calibrated / "data.csv", folder / "result" / "plan.csv"):
+        assert run(["plan", str(folder / "result"), "--out", str(out), "--overwrite"]) == 2
+        assert "inputs are never touched" in capsys.readouterr().err
+    assert (calibrated / "data.csv").read_bytes() == recording
+    (folder / "link.csv").symlink_to(folder / "data.csv")
+    words = ["plan", str(folder / "result"), "--overwrite"]
+    assert run([*words, "--out", str(folder / "link.csv")]) == 2
+    assert "links are never written through" in capsys.readouterr().err
+    robot = (calibrated / "robot.urdf").read_bytes()
+    words = ["export", str(folder / "result"), "--robot", str(folder / "robot.urdf"), "--overwrite"]
+    for out in (calibrated / "robot.urdf", folder / "robot.urdf", folder / "result" / "robot.urdf"):
+        assert run([*words, "--out", str(out)]) == 2
+        said = capsys.readouterr().err
+        assert "inputs are never touched" in said or "belongs to the result" in said
+    assert (calibrated / "robot.urdf").read_bytes() == robot
 
 
 def test_a_run_without_senses(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
