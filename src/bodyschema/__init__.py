@@ -7,13 +7,7 @@ and monitors of one's own, and the published methods as printed.
 from __future__ import annotations
 
 import importlib
-import os
 from typing import TYPE_CHECKING, Any
-
-# One BLAS thread a process: threading slows the small matrices of kinematics many times over.
-# Only what the user has not chosen is set, and only numpy's later import heeds it.
-for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")
 
 if TYPE_CHECKING:
     from bodyschema.acting.candidates import Candidates
@@ -362,6 +356,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Load a public name at its first use, so that importing the package stays quick."""
+    if name == "__version__":
+        return importlib.import_module("importlib.metadata").version("bodyschema")
     if name not in _HOMES:
         raise AttributeError(f"module 'bodyschema' has no attribute '{name}'")
     return getattr(importlib.import_module(f"bodyschema.{_HOMES[name]}"), name)

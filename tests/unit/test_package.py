@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from importlib import metadata
 
 import pytest
 
@@ -40,11 +41,22 @@ def test_public_names_load_only_what_they_need() -> None:
     assert HEAVY & set(loaded) <= {"numpy", "scipy", "numba"}
 
 
-@pytest.mark.parametrize("variable", ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"])
-def test_one_thread_unless_the_user_says_otherwise(variable: str) -> None:
-    code = f"import bodyschema, os; print(os.environ['{variable}'])"
-    assert run(code).strip() == "1"
-    assert run(code, **{variable: "3"}).strip() == "3"
+def test_the_process_of_others_is_left_alone() -> None:
+    code = """
+import os, signal, logging
+before = dict(os.environ), signal.getsignal(signal.SIGTERM), list(logging.root.handlers)
+import bodyschema
+bodyschema.Body.random_chain, bodyschema.calibrate, bodyschema.plan_poses
+assert dict(os.environ) == before[0]
+assert signal.getsignal(signal.SIGTERM) == before[1]
+assert list(logging.root.handlers) == before[2]
+print("same")
+"""
+    assert run(code).strip() == "same"
+
+
+def test_version() -> None:
+    assert bodyschema.__version__ == metadata.version("bodyschema")
 
 
 @pytest.mark.parametrize("name", bodyschema.__all__)

@@ -28,6 +28,7 @@ from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import SAYS_LITTLE
 from bodyschema.estimation.prediction import length_quantile
 from bodyschema.senses.sense import Sense
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 
@@ -68,6 +69,7 @@ class Plan:
     n_candidates: int
 
 
+@one_thread
 def plan_poses(
     estimate: Estimate,
     senses: Sequence[Sense],

@@ -23,6 +23,7 @@ from bodyschema.judging.one_pass import LearnerName, fitting
 from bodyschema.model.limits import with_recorded_limits
 from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
+from bodyschema.threads import one_thread
 
 MODELS: tuple[tuple[str, ...], ...] = (
     (),
@@ -36,6 +37,7 @@ VECTORS: tuple[tuple[str, ...], ...] = ((), ("links",), ("axes", "links"))
 """The same for learners of a skeleton, which has axes and links and nothing else."""
 
 
+@one_thread
 def calibrate(
     body: Body,
     senses: Sequence[Sense],

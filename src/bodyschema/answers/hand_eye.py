@@ -44,6 +44,7 @@ from bodyschema.model.free_hand import free_hand, hand_readings
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 from bodyschema.senses.poses import Poses
+from bodyschema.threads import one_thread
 from bodyschema.trust.trust import Trust
 
 Array = NDArray[np.float64]
@@ -58,6 +59,7 @@ BAD = 0.5
 """Probability of being good below which a pair is called an outlier."""
 
 
+@one_thread
 def learn_hand_eye(
     T_base_hand: ArrayLike,
     T_eye_target: ArrayLike,

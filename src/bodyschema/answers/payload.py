@@ -40,10 +40,12 @@ from bodyschema.senses.wrist_declaration import (
     MotionReading,
     WristDeclaration,
 )
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 
 
+@one_thread
 def learn_payload(
     table: WristTable,
     declared: WristDeclaration,

@@ -35,6 +35,7 @@ from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, join
 from bodyschema.senses.points import Points
 from bodyschema.senses.sense import Sense
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 SKELETON = ("axes", "links")
@@ -103,6 +104,7 @@ class SkeletonProblem(Problem):
         return [f for f in [*frames, *carried] if body.kind[body.frame_index(f)] == FIXED]
 
 
+@one_thread
 def learn_skeleton(
     body: Body,
     senses: Sequence[Sense],

@@ -30,6 +30,7 @@ from bodyschema.senses.wrist_declaration import (
     WristDeclaration,
 )
 from bodyschema.senses.wrist_samples import WristSamples
+from bodyschema.threads import one_thread
 from bodyschema.trust.trust import Trust
 
 SHORTEST = 5.0
@@ -52,6 +53,7 @@ SLIM = 0.05
 """Chance of another place from which it is mentioned."""
 
 
+@one_thread
 def find_touches(
     table: WristTable,
     declared: WristDeclaration,

@@ -22,6 +22,7 @@ from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables, free_frame, free_joints, free_part, join
 from bodyschema.seeds.starts import start_frames
 from bodyschema.senses.sense import PLACEMENT, Sense
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 Senses = Sequence[Sense]
@@ -85,6 +86,7 @@ class Problem:
         """The body with the unknown frames and the free parts where all samples say, roughly."""
         return start_frames(self.body, (*self.unknown, *self.parts), self.senses)
 
+    @one_thread
     def fit(self, variables: Variables, senses: Senses) -> Estimate:
         """Place the unknown frames and begin the free parts by closed form, then fit.
 

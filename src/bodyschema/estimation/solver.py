@@ -35,6 +35,7 @@ from bodyschema.estimation.repeats import worth
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.sense import Sense
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 
@@ -68,6 +69,7 @@ class Solver:
     same_posture: float = SAME_POSTURE
     """rad or m: readings that are nearer to each other belong to one posture."""
 
+    @one_thread
     def fit(
         self,
         reference: Body,

@@ -44,6 +44,7 @@ from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.monitoring.parts import parts_of
 from bodyschema.senses.sense import Sense
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 
@@ -143,6 +144,7 @@ class _Tested:
     """Degrees of freedom behind the spread."""
 
 
+@one_thread
 def detect_change(
     estimate: Estimate,
     senses: Sequence[Sense],

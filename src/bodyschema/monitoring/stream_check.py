@@ -32,6 +32,7 @@ from bodyschema.monitoring.blame import EVERYTHING
 from bodyschema.monitoring.monitor import Monitor, MonitorState
 from bodyschema.monitoring.parts import parts_of
 from bodyschema.senses.sense import Sense
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 
@@ -92,6 +93,7 @@ def is_stream(senses: Sequence[Sense]) -> bool:
     return len(times) >= FEWEST and float(np.median(np.diff(times))) <= SLOWEST
 
 
+@one_thread
 def check_stream(
     estimate: Estimate, senses: Sequence[Sense], false_alarm: float = 0.01
 ) -> StreamCheck:

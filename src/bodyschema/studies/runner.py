@@ -13,11 +13,13 @@ from typing import Any
 
 from bodyschema.studies.ledger import Ledger
 from bodyschema.studies.study import Result, Study, Task
+from bodyschema.threads import one_thread
 
 Progress = Callable[[int, int], None]
 """Told how many tasks are finished, and of how many."""
 
 
+@one_thread
 def run_study(
     study: Study, workers: int, ledger: Ledger | None = None, progress: Progress | None = None
 ) -> dict[str, Result]:
@@ -76,5 +78,9 @@ def _pooled(study: Study, tasks: Sequence[Task], workers: int) -> Iterator[tuple
 
 
 def _prepare() -> None:
-    """Let Ctrl-C end a worker without a traceback; its task is done again another time."""
+    """Let Ctrl-C end a worker without a traceback; its task is done again another time.
+
+    A worker's cores are shared with the other workers: one BLAS thread, for good.
+    """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    one_thread.__enter__()

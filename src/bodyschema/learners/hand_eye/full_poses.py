@@ -33,6 +33,7 @@ from bodyschema.learners.hand_eye import pose_pairs
 from bodyschema.learners.hand_eye.pair_bars import Linear, freedom, kappa, linear, postures
 from bodyschema.learners.hand_eye.pose_pairs import REACH, Moving, PairFit, refine, residual
 from bodyschema.seeds.pair_starts import Frames, pair_starts
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -118,6 +119,7 @@ class HandEye:
         )
 
 
+@one_thread
 def solve_hand_eye(
     T_base_hand: ArrayLike,
     T_eye_target: ArrayLike,

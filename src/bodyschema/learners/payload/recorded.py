@@ -23,6 +23,7 @@ from bodyschema.learners.payload.sums import Sums, unknowns
 from bodyschema.learners.payload.untold import Untold, untold
 from bodyschema.model.inertia import Inertia
 from bodyschema.senses.wrench_means import WrenchMeans
+from bodyschema.threads import one_thread
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -122,6 +123,7 @@ class PayloadFit:
         return self.solution.guess.R
 
 
+@one_thread
 def fit_payload(parts: Sequence[Part], learner: LoadLearner) -> PayloadFit:
     """Fit all loads of a recording.
 
