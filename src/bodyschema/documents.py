@@ -8,6 +8,7 @@ that no reader has to think of it.
 from __future__ import annotations
 
 import json
+import os
 import stat
 import tomllib
 from pathlib import Path
@@ -37,6 +38,14 @@ def is_there(path: Path) -> bool:
     """Whether anything is there; no name is too odd to ask."""
     try:
         return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a folder is there that can be looked into; no name is too odd to ask."""
+    try:
+        return path.is_dir() and os.access(path, os.R_OK | os.X_OK)
     except (OSError, ValueError):
         return False
 

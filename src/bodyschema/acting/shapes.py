@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from bodyschema.documents import is_file
 from bodyschema.errors import MissingExtraError
+from bodyschema.model.meshes import KINDS
 from bodyschema.model.tree import Visual
 
 Array = NDArray[np.float64]
@@ -102,7 +104,7 @@ def _mesh_points(path: Path) -> Array | None:
         import trimesh
     except ImportError:
         raise MissingExtraError("trimesh", "mesh", "checking for self-collision") from None
-    if not path.is_file():
+    if path.suffix.lower() not in KINDS or not is_file(path):
         return None
     try:
         mesh: Any = trimesh.load(path, force="mesh")

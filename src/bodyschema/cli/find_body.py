@@ -16,6 +16,7 @@ import numpy as np
 import tyro
 
 from bodyschema.atomic import new_folder
+from bodyschema.documents import is_file, is_folder
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.export.documents import plain
 
@@ -94,7 +95,7 @@ class FindBody:
     def _asked(self) -> dict[str, Any]:
         """What was asked, with the names of what was read."""
         kept = {k: v for k, v in asdict(self).items() if k not in ("out", "overwrite", "json")}
-        files = [path for path in (self.source, self.encoders) if path and path.is_file()]
+        files = [path for path in (self.source, self.encoders) if path and is_file(path)]
         return {**plain(kept), "inputs": [str(path) for path in files]}
 
     def _check(self) -> None:
@@ -116,7 +117,7 @@ class FindBody:
         """Refuse a folder that holds an input or something that is no answer of `find-body`."""
         from bodyschema.export.result_folder import check_place, refuse_inputs
 
-        source = self.source / "*" if self.source.is_dir() else self.source
+        source = self.source / "*" if is_folder(self.source) else self.source
         refuse_inputs(self.out, [source, *([self.encoders] if self.encoders else [])])
         check_place(self.out, self.overwrite)
 

@@ -28,6 +28,9 @@ Group = Literal["offsets", "gears", "axes", "links"]
 IN_WORDS = ("payload", "touch", "track", "find-body")
 """Verbs whose next step is no list of postures."""
 
+MOST = 10**6
+"""Of poses and candidates."""
+
 FULL: tuple[Group, ...] = ("offsets", "axes", "links")
 """What may be wrong with the joints where a result corrected none."""
 
@@ -141,8 +144,10 @@ class PlanPoses:
                 "bodyschema drew; move it away, or name another file with --out."
             )
         for flag, value in (("--poses", self.poses), ("--candidates", self.candidates)):
-            if value < 1:
-                raise InputError(f"{flag} {value} leaves nothing to choose; give at least 1.")
+            if not 1 <= value <= MOST:
+                raise InputError(f"{flag} {value}: give at least 1 and at most {MOST}.")
+        if self.seed < 0:
+            raise InputError(f"--seed {self.seed}: give 0 or more.")
 
     def _belief(self, estimate: Estimate, recalled: Recalled) -> tuple[Estimate, list[str]]:
         """The belief to plan for, widened where asked or where no joint was corrected."""

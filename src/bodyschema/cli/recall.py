@@ -10,6 +10,7 @@ from typing import Any
 from bodyschema.cli.loading import blank_senses, read_senses
 from bodyschema.cli.reading.robot import robot_of
 from bodyschema.cli.run_file import run_from_record
+from bodyschema.documents import is_file
 from bodyschema.errors import BodyschemaError, InputError
 from bodyschema.model.tree import Body, Visual
 from bodyschema.senses.sense import Sense
@@ -41,7 +42,7 @@ def recall(document: Mapping[str, Any], body: Body, robot: Path | None = None) -
     run = run_from_record(document)
     visuals: tuple[Visual, ...] = ()
     notes: list[str] = []
-    if robot is not None and not robot.is_file():
+    if robot is not None and not is_file(robot):
         raise InputError(f"no robot description at '{robot}'; give the path of a URDF file.")
     try:
         if robot or run.robot:

@@ -27,6 +27,7 @@ class Report:
 
         from bodyschema.answers.answer import load
         from bodyschema.cli.result import NO_PAGE, PLAIN
+        from bodyschema.documents import is_folder
         from bodyschema.export.documents import plain
         from bodyschema.report.summary import print_answer
 
@@ -36,7 +37,7 @@ class Report:
             return 0
         console = Console()
         print_answer(console, document, self.all, "--all")
-        page = (self.result if self.result.is_dir() else self.result.parent) / "report.html"
+        page = (self.result if is_folder(self.result) else self.result.parent) / "report.html"
         shown = f"Report: {page.resolve()} (open it in a browser)" if page.is_file() else NO_PAGE
         console.print(f"\n{shown}", **PLAIN)
         return 0

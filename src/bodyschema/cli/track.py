@@ -88,7 +88,7 @@ class Track:
 
     def _check(self) -> None:
         """Refuse counts that nothing can be done with."""
-        for name, least in (("keys", 1), ("seeds", 0), ("overlays", 0)):
+        for name, least in (("keys", 1), ("seeds", 0), ("seed", 0), ("overlays", 0)):
             if getattr(self, name) < least:
                 raise InputError(f"--{name} is {getattr(self, name)}; give {least} or more.")
 

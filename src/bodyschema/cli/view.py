@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from bodyschema.documents import is_folder
 from bodyschema.errors import BodyschemaError, InputError
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def _packages(given: tuple[str, ...]) -> dict[str, str]:
     found = {}
     for entry in given:
         name, equals, folder = entry.partition("=")
-        if not (name and equals and Path(folder).is_dir()):
+        if not (name and equals and is_folder(Path(folder))):
             raise InputError(
                 f"--package takes NAME=FOLDER with a folder that is there, not '{entry}'; for "
                 "example --package my_robot=/opt/ros/share/my_robot."

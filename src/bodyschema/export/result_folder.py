@@ -28,6 +28,7 @@ from typing import Any
 from bodyschema.atomic import check_new_folder, new_folder
 from bodyschema.atomic.manifest import file_hash
 from bodyschema.atomic.places import resolved
+from bodyschema.documents import is_file, is_folder, is_there
 from bodyschema.errors import InputError
 from bodyschema.export.calibration_yaml import calibration_text
 from bodyschema.export.documents import plain, versions
@@ -239,7 +240,7 @@ def inputs_of(source: Path | None, run: Mapping[str, Any]) -> Iterator[Path]:
             values += value.values()
         elif isinstance(value, list | tuple):
             values += value
-        elif isinstance(value, str | Path) and str(value) and Path(value).exists():
+        elif isinstance(value, str | Path) and str(value) and is_there(Path(value)):
             if Path(value).resolve() not in seen:
                 yield Path(value)
             seen.add(Path(value).resolve())
@@ -261,9 +262,9 @@ def refuse_inputs(place: Path, inputs: Sequence[Path]) -> None:
 
 
 def _touches(target: Path, read: Path) -> bool:
-    if target == read or target in read.parents or (read.is_dir() and read in target.parents):
+    if target == read or target in read.parents or (is_folder(read) and read in target.parents):
         return True
-    return target.is_file() and read.is_file() and target.samefile(read)  # two names of one file
+    return is_file(target) and is_file(read) and target.samefile(read)  # two names of one file
 
 
 def run_record(source: Path | None, run: Mapping[str, Any]) -> dict[str, Any]:
@@ -280,7 +281,7 @@ def run_record(source: Path | None, run: Mapping[str, Any]) -> dict[str, Any]:
 
 def sha256(path: Path) -> str:
     """Hash of a file, or of the names and hashes of all files of a folder, in hexadecimal."""
-    if path.is_file():
+    if is_file(path):
         return file_hash(path)
     whole = hashlib.sha256()
     for inner in sorted(p for p in path.rglob("*") if p.is_file()):

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bodyschema.documents import regular_file
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.meshes import triangles_of
@@ -114,8 +115,8 @@ class Solid:
             MissingExtraError: trimesh is not installed.
         """
         (s,) = _positive([scale], 1, "the scale of a mesh is one number")
-        if not Path(path).is_file():
-            raise InputError(f"no mesh at '{path}'; give the path of an STL, OBJ or DAE file.")
+        missing = f"no mesh at '{path}'; give the path of an STL, OBJ or DAE file."
+        regular_file(Path(path), missing)
         visual = Visual("object", np.eye(4), "mesh", (s, s, s), str(path))
         return _placed(*triangles_of(visual), T)
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 
+from bodyschema.documents import file_text
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.model.meshes import Packages
+from bodyschema.model.xacro_process import in_process
 
 _BARE_ARGUMENT = re.compile(
     r"<xacro:arg\s+name\s*=\s*[\"']([^\"']+)[\"']\s*(?:/>|>\s*</xacro:arg>)"
@@ -30,33 +33,35 @@ def expanded(path: Path, packages: Packages, arguments: Mapping[str, str]) -> by
         InputError: it cannot be expanded, or lacks an argument.
         MissingExtraError: xacrodoc is not installed.
     """
+    if not _installed():
+        raise MissingExtraError("xacrodoc", "xacro", f"reading '{path.name}'")
+    text = file_text(path, f"no robot description at '{path}'; give the path of a URDF file.")
+    for name in _BARE_ARGUMENT.findall(_COMMENT.sub("", text)):
+        if name not in arguments:
+            raise _lacking(path, name)
+    said = in_process(
+        {
+            "path": str(path),
+            "text": _BARE_ARGUMENT.sub("", text),
+            "packages": {name: str(folder) for name, folder in packages.items()},
+            "arguments": dict(arguments),
+        }
+    )
+    if "urdf" in said:
+        return said["urdf"].encode()
+    reason = said["error"].partition("\n")[0].rstrip(". ")
+    undefined = _UNDEFINED.search(reason)
+    if undefined is not None:
+        raise _lacking(path, undefined[1])
+    raise InputError(f"'{path}' is no xacro that can be expanded: {reason}.")
+
+
+def _installed() -> bool:
+    """Whether the expander is there; it is imported by its own process alone."""
     try:
-        import xacrodoc
-    except ImportError:
-        raise MissingExtraError("xacrodoc", "xacro", f"reading '{path.name}'") from None
-    xacrodoc.packages.update_package_cache(packages)
-    xacrodoc.packages.walk_up_from(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-        for name in _BARE_ARGUMENT.findall(_COMMENT.sub("", text)):
-            if name not in arguments:
-                raise _lacking(path, name)
-        # Packages that only meshes name may be missing; `resolve_mesh` deals with them.
-        document = xacrodoc.XacroDoc.from_string(
-            _BARE_ARGUMENT.sub("", text),
-            subargs=dict(arguments),
-            resolve_packages=False,
-            rootdir=path.parent,
-        )
-    except InputError:
-        raise
-    except Exception as error:  # xacro evaluates Python, so anything may be raised
-        reason = str(error).partition("\n")[0].rstrip(". ")
-        undefined = _UNDEFINED.search(reason)
-        if undefined is not None:
-            raise _lacking(path, undefined[1]) from None
-        raise InputError(f"'{path}' is no xacro that can be expanded: {reason}.") from None
-    return str(document.to_urdf_string()).encode()
+        return find_spec("xacrodoc") is not None
+    except ValueError:  # it was marked as absent
+        return False
 
 
 def _lacking(path: Path, name: str) -> InputError:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
+
+from bodyschema.documents import is_folder
 
 _PICTURES = (
     "it holds pictures, and nothing here finds a board in them; find its corners and poses with "
@@ -26,15 +27,7 @@ def conversion(path: Path) -> str:
     Args:
         path: a file, a pattern of files, or a folder.
     """
-    if path.suffix.lower() not in _WAYS and _is_folder(path):
+    if path.suffix.lower() not in _WAYS and is_folder(path):
         inside = sorted({file.suffix.lower() for file in path.iterdir()})
         return next((_WAYS[suffix] for suffix in inside if suffix in _WAYS), "")
     return _WAYS.get(path.suffix.lower(), "")
-
-
-def _is_folder(path: Path) -> bool:
-    """Whether it is a folder that can be looked into; no name is too odd to ask."""
-    try:
-        return path.is_dir() and os.access(path, os.R_OK | os.X_OK)
-    except (OSError, ValueError):
-        return False

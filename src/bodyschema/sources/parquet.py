@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,9 @@ def parquet_table(
     try:
         with pq.ParquetFile(path) as file:
             names = chosen(file.schema_arrow.names)
+            twice = next((name for name, n in Counter(names).items() if n > 1), None)
+            if twice is not None:
+                raise InputError(f"'{path}' has two columns named '{twice}'; rename one.")
             cells = file.metadata.num_rows * len(names)
             if not 0 <= cells <= MOST_CELLS:
                 raise InputError(f"'{path}' says that it has {cells:.3g} cells; it is damaged.")

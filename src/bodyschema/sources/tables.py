@@ -93,6 +93,15 @@ def _read_csv(path: Path) -> Recording:
             continue
         if blank.any():
             empty[name] = blank
+    return _of_numbers(path, columns, empty, texts)
+
+
+def _of_numbers(
+    path: Path, columns: Mapping[str, Array], empty: Mapping[str, Flags], texts: set[str]
+) -> Recording:
+    """The recording of a table, which has a column of numbers at least."""
+    if not columns:
+        raise InputError(f"'{path}' has no column of numbers alone, only texts.")
     return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
 
 
@@ -134,7 +143,7 @@ def _read_parquet(path: Path) -> Recording:
         columns[name] = column.cast(pa.float64(), safe=False).to_numpy().astype(np.float64)
         if blank.any():
             empty[name] = blank
-    return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
+    return _of_numbers(path, columns, empty, texts)
 
 
 def write_table(path: str | Path, columns: Mapping[str, ArrayLike], overwrite: bool = True) -> None:

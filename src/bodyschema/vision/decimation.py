@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.atomic import new_file
+from bodyschema.documents import is_file
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.model.meshes import Triangles, triangles_of
 from bodyschema.model.tree import Visual
@@ -98,7 +99,7 @@ def _key(visuals: Sequence[Visual], placements: Sequence[Array], budget: int) ->
     for visual, T in zip(visuals, placements, strict=True):
         digest.update(f"{visual.shape} {visual.size} {Path(visual.mesh).suffix}".encode())
         digest.update(np.ascontiguousarray(np.stack([visual.placement, T])).tobytes())
-        if visual.mesh and Path(visual.mesh).is_file():
+        if visual.mesh and is_file(Path(visual.mesh)):
             digest.update(Path(visual.mesh).read_bytes())
     return digest.hexdigest()
 

@@ -24,6 +24,7 @@ from bodyschema.cli.reading.picture_sections import (
 from bodyschema.cli.reading.pictures import picture_path
 from bodyschema.cli.reading.robot import robot_of
 from bodyschema.cli.run_file import RunFile
+from bodyschema.documents import is_file
 from bodyschema.errors import InputError
 from bodyschema.export.result_folder import sha256
 from bodyschema.learners.images.markerless import Markerless
@@ -148,7 +149,7 @@ class Album:
             whole = hashlib.sha256()
             for number in self.numbers[:, c]:
                 path = picture_path(pattern, number)
-                whole.update(sha256(path).encode() if path.is_file() else b"-")
+                whole.update(sha256(path).encode() if is_file(path) else b"-")
             found[pattern] = whole.hexdigest()
         return found
 
