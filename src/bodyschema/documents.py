@@ -14,7 +14,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from bodyschema.errors import InputError
+from bodyschema.errors import InputError, shown
 
 MOST_BYTES = 64 << 20
 """Of a description, a run file or a table of settings; the largest known robots have 1 MB."""
@@ -159,6 +159,15 @@ def refuse_odd(document: Any, path: Path) -> Any:
         if not level:
             return document
     raise InputError(f"'{path}' has lists or tables more than {DEEPEST} deep.")
+
+
+def printable(document: Any) -> Any:
+    """The same for a terminal: in no text or key is an escape or a mark of direction left."""
+    if isinstance(document, dict):
+        return {printable(key): printable(value) for key, value in document.items()}
+    if isinstance(document, list | tuple):
+        return [printable(value) for value in document]
+    return shown(document) if isinstance(document, str) else document
 
 
 def _whole(text: str) -> bool:

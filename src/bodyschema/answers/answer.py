@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from bodyschema.acting.next_poses import Plan, plan_poses
 from bodyschema.answers.loaded import checked
 from bodyschema.atomic import found_again
-from bodyschema.documents import is_file, json_file, regular_file
+from bodyschema.documents import is_file, json_file, printable, regular_file
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.double_zeros import double_zeros
@@ -98,8 +98,10 @@ class Answer(Calibration):
 
     @property
     def document(self) -> dict[str, Any]:
-        """Everything that was found in plain values, as calibration.yaml has it."""
-        return calibration_document(self, writing_notes(self, self._described()))
+        """Everything that was found in plain values, as calibration.yaml has it; for terminals."""
+        document = calibration_document(self, writing_notes(self, self._described()))
+        made: dict[str, Any] = printable(document)
+        return made
 
     def __repr__(self) -> str:
         """Verdict, how far off, where the frames are: a few lines, for people."""

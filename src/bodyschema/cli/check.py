@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from bodyschema.errors import InputError
+from bodyschema.errors import InputError, shown
 
 if TYPE_CHECKING:
     from bodyschema.answers.answer import Answer
@@ -55,9 +55,9 @@ class Check:
         if self.json:
             print(json.dumps(check_json(found, stream)))
         elif stream is not None and stream.changes:
-            print(describe_changes(stream))
+            print(shown(describe_changes(stream)))
         else:
-            print(describe_check(found, self.false_alarm))
+            print(shown(describe_check(found, self.false_alarm)))
         return 1 if changed else 0
 
     def _test(self, stored: Answer) -> tuple[Recheck, StreamCheck | None]:

@@ -12,7 +12,7 @@ import numpy as np
 import tyro
 from numpy.typing import NDArray
 
-from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.errors import InputError, MissingExtraError, shown
 
 if TYPE_CHECKING:
     from bodyschema.acting.next_poses import Plan
@@ -112,8 +112,8 @@ class PlanPoses:
             print(json.dumps({**answer, "file": str(self.out), "picture": picture}))
         else:
             print_plan(Console(), plan, body, order, [*notes, _CAUTION])
-            shown = f"   picture: {picture}" if picture else ""
-            print(f"\nPoses: {self.out}{shown}")
+            drawn = f"   picture: {picture}" if picture else ""
+            print(shown(f"\nPoses: {self.out}{drawn}"))
         return 0
 
     def _say(self, stored: Answer) -> int:
@@ -124,7 +124,7 @@ class PlanPoses:
         if self.json:
             print(json.dumps({"verb": stored.verb, "sentences": list(sentences)}))
         else:
-            print("\n".join(sentences))
+            print(shown("\n".join(sentences)))
         return 0
 
     def _check(self, stored: Answer) -> None:

@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from bodyschema.acting.next_poses import Plan
+from bodyschema.errors import shown
 from bodyschema.model.kernels import PRISMATIC
 from bodyschema.model.tree import Body
 
@@ -67,7 +68,7 @@ def print_plan(console: Console, plan: Plan, body: Body, order: Ints, notes: Seq
     console.print(_directions(plan) + "\n", highlight=False)
     console.print(_table(plan, body, order, console.width))
     for note in notes:
-        console.print(f"  - {escape(note)}", highlight=False)
+        console.print(f"  - {escape(shown(note))}", highlight=False)
 
 
 def _directions(plan: Plan) -> str:
@@ -94,13 +95,13 @@ def _table(plan: Plan, body: Body, order: Ints, width: int) -> Table:
     title = "The most telling first; row and columns of the file, angles in deg"
     table = Table(title=title, title_justify="left")
     for head in heads:
-        table.add_column(escape(head), justify="right", overflow="fold")
+        table.add_column(escape(shown(head)), justify="right", overflow="fold")
     columns = [body.joint_index(joint) for joint in plan.joints]
-    shown = in_unit(plan.q, body, "deg")[:, columns]
+    degrees = in_unit(plan.q, body, "deg")[:, columns]
     digits = np.where(_slides(body)[columns], 3, 0)
     row = np.argsort(order) + 1
     for i, (error, rank) in enumerate(zip(plan.error, plan.rank, strict=True)):
-        pose = zip(shown[i - 1], digits, strict=True)
+        pose = zip(degrees[i - 1], digits, strict=True)
         cells = [f"{value:.{n}f}" for value, n in pose] if i else [""] * len(columns)
         first = [str(i), str(row[i - 1])] if i else ["now", ""]
         table.add_row(*first, *cells, f"{1e3 * error:.2f}", *([str(rank)] if opens else []))
