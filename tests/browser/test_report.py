@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import html
-import json
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,16 +12,19 @@ import pytest
 
 from bodyschema import Body, calibrate, lie
 from bodyschema.report.report import report_html
+from browser.chromium import opened, title_of
 from simulated import points, postures
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
-FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-)  # fmt: skip
 ASK = """<script>
 const shown = document.querySelector("main").innerText;
 const page = document.documentElement;
+const boxed = e => e.closest(".scroll, .chart");
+const scale = e => {
+  const svg = e.closest("svg");
+  return svg ? svg.getBoundingClientRect().width / svg.viewBox.baseVal.width : 1;
+};
+const written = [...document.querySelectorAll("main *")].filter(e =>
+  [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim()) && !e.closest("defs"));
 const answer = {
   number: document.querySelector("#number .big").innerText,
   explanation: document.querySelector("#explanation").innerText,
@@ -35,18 +34,17 @@ const answer = {
   texts: [...document.querySelectorAll("svg text")].map(e => e.textContent),
   fetched: performance.getEntriesByType("resource").map(e => e.name),
   width: page.clientWidth, content: page.scrollWidth,
+  wide: [...document.querySelectorAll("body *")].filter(e => !boxed(e.parentElement) &&
+    e.getBoundingClientRect().right > page.clientWidth + 1).map(e => e.outerHTML.slice(0, 80)),
+  letters: Math.min(...written.map(e => parseFloat(getComputedStyle(e).fontSize) * scale(e))),
+  ground: getComputedStyle(document.body).backgroundColor,
+  inks: [...new Set([...document.querySelectorAll("svg text")].map(e => getComputedStyle(e).fill))],
 };
 document.title = JSON.stringify(answer);
 </script></body>"""
-
-
-@pytest.fixture(scope="module")
-def chromium() -> str:
-    for name in NAMES:
-        found = shutil.which(name)
-        if found:
-            return found
-    pytest.skip("no Chromium on this machine (looked for " + ", ".join(NAMES) + ")")
+NIGHT = "--blink-settings=preferredColorScheme=0"
+MOST_PAGES = 9
+"""Of paper, that the report of an arm of four joints takes."""
 
 
 @pytest.fixture(scope="module")
@@ -64,22 +62,14 @@ def case() -> Any:
     return found, report_html(found, nominal, [seen], run)
 
 
-def asked(chromium: str, folder: Path, text: str, width: int) -> dict[str, Any]:
+def asked(chromium: str, folder: Path, text: str, width: int, *flags: str) -> dict[str, Any]:
     """What the page says of itself in a window of this width."""
     page = folder / "report.html"
     page.write_text(text.replace("</body>", ASK), encoding="utf-8")
-    command = [
-        chromium, *FLAGS, f"--user-data-dir={folder / 'profile'}", f"--window-size={width},900",
-        "--dump-dom", page.as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
-    title = re.search(r"<title>(\{.*?\})</title>", done.stdout, re.S)
-    assert title, f"the page did not answer: {done.stderr[-500:]}"
-    answer: dict[str, Any] = json.loads(html.unescape(title.group(1)))
-    return answer
+    return title_of(chromium, folder, page, width, *flags)
 
 
-@pytest.mark.parametrize("width", [1200, 600])
+@pytest.mark.parametrize("width", [1200, 600, 500])
 def test_what_it_shows(chromium: str, case: Any, tmp_path: Path, width: int) -> None:
     calibration, text = case
     answer = asked(chromium, tmp_path, text, width)
@@ -93,3 +83,21 @@ def test_what_it_shows(chromium: str, case: Any, tmp_path: Path, width: int) -> 
     assert "joint_1.offset" in answer["texts"]
     assert answer["fetched"] == []
     assert answer["content"] <= answer["width"], "the page is wider than the window"
+    assert answer["wide"] == []
+    assert answer["letters"] >= 11
+
+
+def test_at_night(chromium: str, case: Any, tmp_path: Path) -> None:
+    """Page and charts turn dark together."""
+    day = asked(chromium, tmp_path, case[1], 1200)
+    night = asked(chromium, tmp_path, case[1], 1200, NIGHT)
+    assert (day["ground"], night["ground"]) == ("rgb(255, 255, 255)", "rgb(27, 31, 36)")
+    assert "rgb(230, 227, 220)" in night["inks"]
+    assert not set(day["inks"]) & set(night["inks"])
+
+
+def test_on_paper(chromium: str, case: Any, tmp_path: Path) -> None:
+    page, paper = tmp_path / "report.html", tmp_path / "report.pdf"
+    page.write_text(case[1], encoding="utf-8")
+    opened(chromium, tmp_path, page, f"--print-to-pdf={paper}")
+    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", paper.read_bytes())) <= MOST_PAGES
