@@ -16,7 +16,7 @@ INSTALL = $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/pyt
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo test check format-check lint types imports bench figures honesty docs clean
+.PHONY: help setup demo test check format-check lint types imports bench figures honesty fuzz docs clean
 
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-13s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -54,6 +54,9 @@ figures: .venv/.installed ## compare the key figures of every part with their fr
 
 honesty: .venv/.installed ## how often a wrong answer gets a green light, and a good one none; half an hour
 	$(BIN)/python benchmarks/honesty.py --runs 1400
+
+fuzz: .venv/.installed ## read thousands of damaged and hostile files; ten minutes
+	$(BIN)/python benchmarks/fuzz.py --mutants 6000
 
 docs: .venv/.installed-docs ## build the documentation into docs/_build
 	$(BIN)/sphinx-build -W --keep-going --quiet docs docs/_build
