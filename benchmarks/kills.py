@@ -238,11 +238,15 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
     options = parser.parse_args()
     begin = os.times()
-    found = list(kills(options.random, options.targeted, options.every, options.seed))
+    found = []
+    for kill in kills(options.random, options.targeted, options.every, options.seed):
+        found.append(kill)
+        if not kill.held:
+            print(
+                f"{kill.scene}, {kill.at}: {kill.found}; {kill.wrong}", file=sys.stderr, flush=True
+            )
     end = os.times()
     failed = [kill for kill in found if not kill.held]
-    for kill in failed:
-        print(f"{kill.scene}, {kill.at}: {kill.found}; {kill.wrong}", file=sys.stderr)
     counts = Counter((one.scene, one.found if one.found in WHOLE else "broken") for one in found)
     answer = {
         "kills": len(found),

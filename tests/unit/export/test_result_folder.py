@@ -249,12 +249,15 @@ def test_a_result_of_an_earlier_version_is_known_by_its_names_and_its_record(
     (out / MANIFEST).unlink()
     (out / "overlay_0007.png").touch()
     assert is_earlier(out)
-    for name in ("notes.txt", "overlay_x.png", "src"):
-        (out / name).mkdir()
+    for name in ("notes.txt", "overlay_x.png", "robot.urdf.bak"):
+        (out / name).touch()
         assert not is_earlier(out)
         with pytest.raises(InputError, match="will not remove it"):
             check_place(out, True)
-        (out / name).rmdir()
+        (out / name).unlink()
+    (out / "mask.png").mkdir()
+    assert not is_earlier(out)
+    (out / "mask.png").rmdir()
     check_place(out, True)
     record = (out / "run.json").read_text()
     for other in ("{}", "no json", '{"versions": {"other": "1"}}', '{"versions": 1}', "[]"):
