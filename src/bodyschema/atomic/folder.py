@@ -18,6 +18,7 @@ from bodyschema.atomic.leftovers import (
     held,
     temporary_folder,
     tidy,
+    tidy_within,
 )
 from bodyschema.atomic.manifest import (
     MANIFEST,
@@ -26,6 +27,7 @@ from bodyschema.atomic.manifest import (
     listed,
     manifest_text,
     never,
+    read_manifest,
     refuse_strangers,
     strangers,
 )
@@ -48,7 +50,8 @@ TRIES = 5
 def check_new_folder(path: Path, overwrite: bool = False, earlier: Earlier = never) -> None:
     """Refuse a place where `new_folder` would fail, before any work is spent; writes nothing.
 
-    An earlier result that a killed run took away is put back first.
+    But an earlier result that a killed run took away is put back, and what such a run left in it
+    is cleared away.
 
     Raises:
         InputError: the place cannot be written, or holds something already.
@@ -105,6 +108,8 @@ def _place(path: Path, overwrite: bool, earlier: Earlier) -> Path:
 def _refuse_full(path: Path, target: Path, overwrite: bool, earlier: Earlier) -> None:
     if not overwrite:
         raise InputError(f"'{path}' is not empty; name another folder or pass --overwrite.")
+    if read_manifest(target) is not None:
+        tidy_within(target)
     refuse_strangers(target, earlier)
 
 

@@ -29,6 +29,9 @@ NEW, OLD = ".new", ".old"
 SIGN = ".bodyschema-"
 """Part of each such name."""
 
+OURS = re.compile(rf"\..+{re.escape(SIGN)}[0-9a-f]{{8}}(\..*)?", re.DOTALL)
+"""Any such name."""
+
 LONGEST = 80
 """Bytes of a name that are kept in the names made from it: 255 is what most disks take."""
 
@@ -112,6 +115,15 @@ def tidy(target: Path) -> None:
         with _unheld(path) as free:
             if free:
                 discard(path)
+
+
+def tidy_within(folder: Path) -> None:
+    """Clear away what killed writers left inside a result, of whatever name."""
+    for name in os.listdir(folder):
+        if OURS.fullmatch(name):
+            with _unheld(folder / name) as free:
+                if free:
+                    discard(folder / name)
 
 
 def discard(path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from bodyschema.atomic import check_new_folder, found_again, new_file, new_folder
 from bodyschema.atomic.leftovers import aside, held, tidy
 from bodyschema.atomic.manifest import MANIFEST
+from bodyschema.errors import InputError
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="locks are POSIX's")
 
@@ -93,6 +94,24 @@ def test_a_file_clears_away_its_own(tmp_path: Path) -> None:
     with new_file(path) as temporary:
         temporary.write_text("1")
     assert contents(tmp_path) == sorted([other.name, "plan.csv"])
+
+
+def test_what_was_left_inside_a_result_does_not_bar_it(tmp_path: Path) -> None:
+    path = result(tmp_path / "results")
+    for name in ("old", MANIFEST, "new.json"):
+        aside(path / name, Path(name).suffix).touch()
+    living = aside(path / "old", ".txt")
+    living.touch()
+    with held(living), pytest.raises(InputError, match=f"holds '{living.name}', which"):
+        check_new_folder(path, overwrite=True)
+    result(path, "new")
+    assert contents(path) == [MANIFEST, "new"]
+    # Of what is no result nothing is cleared away.
+    (path / MANIFEST).unlink()
+    living.touch()
+    with pytest.raises(InputError, match="is no result"):
+        check_new_folder(path, overwrite=True)
+    assert living.exists()
 
 
 def test_between_two_renames_the_old_one_is_the_writers(
