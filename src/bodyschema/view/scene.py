@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from bodyschema import lie
 from bodyschema.export.static_transforms import estimated_frames
 from bodyschema.judging.calibration import Calibration
+from bodyschema.judging.places import FramePlace, places
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Visual
 from bodyschema.report.drawing import VISIBLE, exaggeration
@@ -44,7 +46,7 @@ class Placed:
     turn: str
     """deg, roll pitch yaw; "as given" where it was not estimated."""
     error: str
-    """mm that its place is off by at most, with 95 %, in the worst direction."""
+    """mm that its place is off by at most, with 95 %; as the report says it."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,10 @@ class Scene:
         ]
         return {
             "correction": exaggeration(self.moving.shift[0], size),
-            "arrows": exaggeration(float(np.median(np.concatenate(arrows))) if arrows else 0, size),
+            # There are hundreds of them: shorter than what stands alone.
+            "arrows": exaggeration(
+                float(np.median(np.concatenate(arrows))) if arrows else 0.0, size / 4
+            ),
             "ellipsoids": exaggeration(max(told, default=size), size),
         }
 
@@ -141,14 +146,14 @@ def scene_of(
     """
     c, body = calibration, calibration.body
     recorded = Recorded.by(senses, body, c.outliers)
-    placed = [name for name in estimated_frames(c.estimate.variables) if name in body.frames]
-    pairs = looked_at(senses, body.frames)
+    placed = estimated_frames(c.estimate.variables)
+    asked, seen = places(c), looked_at(senses, body.frames)
+    pairs = list(dict.fromkeys([*((place.parent, place.frame) for place in asked), *seen]))
     shapes, missing = shapes_of([v for v in visuals if v.frame in body.frames])
-    named = list(dict.fromkeys([*placed, *(name for pair in pairs for name in pair)]))
+    named = list(dict.fromkeys(name for pair in pairs for name in reversed(pair)))
     wanted = {*named, *(shape.frame for shape in shapes), *_carriers(c)}
     moving = Moving.of(c.estimate, recorded.q, wanted, placed)
-    asked = [(_parent(c, name), name) for name in placed]
-    uncertain = uncertain_frames(c.widened, recorded.q, list(dict.fromkeys([*asked, *pairs])))
+    uncertain = uncertain_frames(c.widened, recorded.q, pairs)
     loads, forces = _felt(c, recorded.q)
     return Scene(
         title,
@@ -156,7 +161,12 @@ def scene_of(
         c.verdict,
         c.explanation,
         c.trust.reasons,
-        (*notes, *missing, *((GONE,) if recorded.rows[0] < 0 and body.joints else ())),
+        (
+            *_untold(asked),
+            *notes,
+            *missing,
+            *((GONE,) if recorded.rows[0] < 0 and body.joints else ()),
+        ),
         recorded,
         moving,
         not c.from_nothing and c.corrects and moving.shift[0] > UNMOVED,
@@ -164,27 +174,25 @@ def scene_of(
         marks_of(c, senses),
         (*(e for e in uncertain if e.widest > CERTAIN), *loads),
         forces,
-        tuple(_placed(c, name, e) for name, e in zip(placed, uncertain, strict=False)),
+        tuple(_placed(one) for place in asked for one in (place, place.told) if one),
         (c.before, c.after),
         tuple(named),
     )
 
 
-def _parent(calibration: Calibration, frame: str) -> str:
-    body = calibration.body
-    return body.frames[max(int(body.parent[body.frame_index(frame)]), 0)]
+def _untold(asked: Sequence[FramePlace]) -> list[str]:
+    return [f"{p.frame} in {p.parent} is not determined: {p.untold}" for p in asked if p.untold]
 
 
-def _placed(calibration: Calibration, name: str, ellipsoid: Ellipsoid) -> Placed:
-    T = calibration.body.placement[calibration.body.frame_index(name)]
-    turn = ", ".join(f"{v:.3f}" for v in np.rad2deg(lie.rpy_from_rotation(T[:3, :3])))
-    estimated = f"{name}.turn_x" in calibration.estimate.variables.names
+def _placed(place: FramePlace) -> Placed:
+    turn = ", ".join(f"{v:.3f}" for v in np.rad2deg(lie.rpy_from_rotation(place.T[:3, :3])))
+    free = [math.isfinite(bound) for bound in (place.position_95, place.rotation_95)]
     return Placed(
-        name,
-        _parent(calibration, name),
-        ", ".join(f"{1e3 * v:.2f}" for v in T[:3, 3]),
-        turn if estimated else "as given",
-        significant(1e3 * ellipsoid.widest, 2) if ellipsoid.widest > CERTAIN else "as given",
+        place.frame,
+        place.parent,
+        ", ".join(f"{1e3 * v:.2f}" for v in place.T[:3, 3]),
+        turn if free[1] else "as given",
+        significant(1e3 * place.position_95, 2) if free[0] else "as given",
     )
 
 

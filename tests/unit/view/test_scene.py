@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bodyschema.judging.places import places
+
 pytest.importorskip("trimesh")
 
 
@@ -16,14 +18,14 @@ def test_everything_that_was_found(seen: Any) -> None:
     assert scene.ghost
     assert scene.verdict == "calibrated"
     assert [shape.frame for shape in scene.shapes] == [seen.visuals[0].frame]
-    (placed,) = scene.placed
-    T = seen.answer.body.placement[seen.answer.body.frame_index(placed.name)]
-    assert placed.parent == "base"
-    assert placed.place == ", ".join(f"{1e3 * v:.2f}" for v in T[:3, 3])
+    place = places(seen.answer)[0]
+    placed = scene.placed[0]
+    assert (placed.name, placed.parent) == (place.frame, "base")
+    assert placed.place == ", ".join(f"{1e3 * v:.2f}" for v in place.T[:3, 3])
     # The zero of the first joint turns the whole arm before the camera, so the base is not told.
-    assert 50 < float(placed.error) < 1000
-    assert any(placed.error in sentence for sentence in scene.unsure)
-    assert scene.notes == ()
+    assert float(placed.error) == pytest.approx(1e3 * place.position_95, rel=0.05)
+    assert scene.notes == (f"{place.frame} in base is not determined: {place.untold}",)
+    assert any(place.frame in sentence for sentence in scene.unsure)
 
 
 def test_small_things_are_drawn_larger_by_a_round_number(seen: Any) -> None:
