@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 import bodyschema as bs
 from bodyschema import lie
+from bodyschema.answers.touch import SURFACE
 from bodyschema.estimation.prediction import length_quantile
 from bodyschema.model.inertia import Inertia
 from bodyschema.model.solid import Solid
@@ -71,7 +72,9 @@ def draw(rng: np.random.Generator, count: int = 2) -> Pressed:
     path = draw_path(rng, lasts, float(rng.uniform(0.3, 0.6)))
     sensor = draw_sensor(rng, np.radians(1))
     push = (lambda time, R, p: pushes(contacts, time),) if contacts else ()
-    return Pressed(Wrist(path, lasts, thing.load, sensor, pushes=push), thing.solid, contacts)
+    # As far off as `find_touches` takes a surface to be.
+    said = Solid(thing.solid.vertices + SURFACE * rng.normal(size=3), thing.solid.faces)
+    return Pressed(Wrist(path, lasts, thing.load, sensor, pushes=push), said, contacts)
 
 
 def trial(make: Callable[[np.random.Generator], Pressed], change: Change, rng: Any) -> Trial:

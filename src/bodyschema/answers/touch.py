@@ -39,9 +39,13 @@ SHORTEST = 5.0
 WORDS = {
     "point": "",
     "twist": "not a point: there is a couple along the force",
-    "beside": "not on the surface: the line of the force passes beside it",
+    "beside": "not on the surface: the forces meet beside it",
     "moving": "not one point: the contact moves, spreads, or there are several",
 }
+
+SURFACE = 0.002
+"""m, one standard deviation that the surface of what is held may be off: meshes are that good, and
+mounted that well."""
 
 REACH95 = 2.4477
 """Two-dimensional normal: the radius that holds 95 %."""
@@ -65,6 +69,7 @@ def find_touches(
     motion: MotionReading | None = None,
     described: Body | None = None,
     run: Mapping[str, Any] | None = None,
+    surface: float = SURFACE,
 ) -> Answer:
     """Find touches of what a wrist holds.
 
@@ -79,6 +84,7 @@ def find_touches(
         motion: how the quiet motion is read.
         described: the robot as described, if there is one.
         run: what was asked, to be kept with the answer.
+        surface: m, one standard deviation that the object's surface may be off; 0 if it is exact.
 
     Raises:
         InputError: anything that cannot be used, in one sentence.
@@ -96,6 +102,7 @@ def find_touches(
             gain_std=gains,
             false_per_hour=false_per_hour,
             averaging=Averaging(window=window),
+            surface=surface,
         )
         felt = Felt.by(search, calm, held.samples)
     answer = load_answer(held, described, run, begin, verb="touch")
@@ -158,6 +165,14 @@ class Felt:
             found.append(
                 "a wrench that lasts is as well explained by another load as by a touch: what is "
                 "held slipped, grew, or was put down on something; learn it anew."
+            )
+        beside = [one for one in self.touches if one["verdict"] == "beside"]
+        if beside:
+            found.append(
+                f"the forces of {len(beside)} of {len(self.touches)} touches meet beside the "
+                "surface that was described: perhaps it is elsewhere or of another shape, or "
+                "another thing was touched, and then the places of all touches are as wrong. Check "
+                "[surface]."
             )
         return Trust("limited", tuple(found)) if found else Trust()
 

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import tyro
 
+from bodyschema.errors import InputError
+
 
 @dataclass(frozen=True)
 class TouchVerb:
@@ -20,6 +22,8 @@ class TouchVerb:
     """The recording, which columns are what, the object's shape, and when nothing touches it."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("touched")
     """Folder for the answer and report.html; must not hold anything yet."""
+    surface_mm: float = 2.0
+    """One standard deviation that the surface of what is held may be off; 0 if it is exact."""
     overwrite: bool = False
     """Replace the output folder."""
     force: bool = False
@@ -35,8 +39,10 @@ class TouchVerb:
         from bodyschema.cli.result import finish, prepare
         from bodyschema.cli.run_file import read_run_file
 
+        if not self.surface_mm >= 0:
+            raise InputError(f"--surface-mm is {self.surface_mm:g}; give 0 or more.")
         run = read_run_file(self.run_file, "touch")
-        asked = asdict(run) | {"inputs": run.inputs}
+        asked = asdict(run) | {"inputs": run.inputs, "surface_mm": self.surface_mm}
         prepare(self.out, self.overwrite, self.run_file, asked)
         table, _, declared, wrist = held_tables(run)
         touch = wrist.touch or TouchEntry()
@@ -51,5 +57,6 @@ class TouchVerb:
             motion=wrist.motion,
             described=table.body,
             run=asked,
+            surface=self.surface_mm / 1e3,
         )
         return finish(answer, self.out, self.overwrite, self.json, force=self.force)

@@ -90,6 +90,20 @@ def test_words_for_people(folder, capsys):
     assert "± 95 %" in out
 
 
+def test_a_surface_that_is_exact_makes_a_place_surer(folder, capsys):
+    path, _ = folder
+    bars = {}
+    for mm in ("0", "2"):
+        code, out, _ = told(path, BOX + SURFACE + TOUCH, capsys, "--json", "--surface-mm", mm)
+        assert code == 0
+        bars[mm] = json.loads(out)["predicted_95_mm"]
+    assert bars["2"] > bars["0"] + 1
+    assert load(path / "touched").run["surface_mm"] == 2.0
+    code, _, err = told(path, BOX + SURFACE + TOUCH, capsys, "--surface-mm", "-1")
+    assert code == 2
+    assert "--surface-mm is -1; give 0 or more" in err
+
+
 def test_without_a_surface_the_line_is_told(folder, capsys):
     path, _ = folder
     code, out, _ = told(path, BOX + TOUCH, capsys, "--json")

@@ -129,6 +129,8 @@ class TouchFinder:
     """s without any wrench that end a touch."""
     every: float = 0.1
     """s between two looks at the place while a touch lasts."""
+    surface: float = 0.0
+    """m, one standard deviation that the object's surface may be off."""
 
     def __post_init__(self) -> None:
         N = self.noise
@@ -137,7 +139,8 @@ class TouchFinder:
                 f"the noise of a wrench is a positive definite 6x6 covariance; got {N.tolist()}."
             )
         times = (self.before, self.longest, self.patience, self.every)
-        if not min(self.rate, self.false_per_hour, *times) > 0 or not self.samples > 12:
+        above = min(self.rate, self.false_per_hour, *times) > 0 and self.surface >= 0
+        if not above or not self.samples > 12:
             raise InputError(
                 "settings of a touch finder are above zero, and its noise is measured on more than "
                 "12 samples."
@@ -183,7 +186,8 @@ class TouchFinder:
         """What is known of the touch that the state is in; None if it is in none."""
         if state.begins is None or state.force is None:
             return None
-        found = locate(principal(state.evidence, self.noise), state.force, self.solid)
+        felt = principal(state.evidence, self.noise)
+        found = locate(felt, state.force, self.solid, self.surface)
         q, size = found.places[0].misfit, float(np.linalg.norm(state.force))
         return Touch(
             begins=state.begins,
@@ -217,7 +221,8 @@ def _verdict(found: Located) -> Verdict:
     q = found.places[0].misfit
     if q <= chdtri(found.freedom, UNLIKELY):
         return "point"
-    if not found.inside and q > found.misfit + CLEAR**2:
+    meets = found.misfit <= chdtri(found.freedom, UNLIKELY)
+    if (meets or not found.inside) and q > found.misfit + CLEAR**2:
         return "beside"
     return "twist" if abs(found.pitch) > CLEAR * found.pitch_std else "moving"
 

@@ -15,10 +15,16 @@ enters through a face that the force presses on. If it enters several times each
 hypothesis, with the chance exp(-q/2) among them and the first along the force among equals. Forces
 of several directions make H regular, which tells the entries apart, or the point without a shape.
 
-On a surface with the tangents T the point's covariance is T (T^T H T)^-1 T^T. The rows hold one
-number more than the two of a place on a surface: the couple along the force. No force at one point
-makes it, so q, which is chi-square with 3 K - 2 degrees of freedom for K wrenches, tells a point
-from a contact that twists, spreads or slides.
+On a surface with the tangents T the point's covariance is T (T^T H T)^-1 T^T. If the surface
+itself may be off by s in every direction, forces that meet tell where it is as well: with the
+normal n at p, where the line enters, r is the place, C its covariance, and q' the misfit:
+
+    C = (H + n n^T / s^2)^-1,    r = C (H r* + n n^T p / s^2),
+    q'(p)  = q(r*) + (q(p) - q(r*)) d^T (H^-1 + s^2 1)^-1 d / d^T H d,      d = p - r*
+
+The rows hold one number more than the two of a place on a surface: the couple along the force. No
+force at one point makes it, so q, which is chi-square with 3 K - 2 degrees of freedom for K
+wrenches, tells a point from a contact that twists, spreads or slides.
 """
 
 from __future__ import annotations
@@ -93,13 +99,14 @@ class Quadratic(NamedTuple):
     """Directions that are known."""
 
 
-def locate(found: Principal, push: Array, solid: Solid | None) -> Located:
+def locate(found: Principal, push: Array, solid: Solid | None, doubt: float = 0.0) -> Located:
     """The places of a contact.
 
     Args:
         found: its wrenches, of which the strongest counts most.
         push: (3,) N, roughly: it orients the line.
         solid: the object's shape in the sensor's frame; None if unknown.
+        doubt: m, s: one standard deviation that its surface may be off.
     """
     strongest = _strongest(found)
     f = found.wrenches[strongest, :3]
@@ -114,13 +121,13 @@ def locate(found: Principal, push: Array, solid: Solid | None) -> Located:
             points, normals = q.best[None], [None]
         else:
             points, normals = met.points, list(met.normals)
-        scores = np.array([misfit(found, point) for point in points])
+        scores = np.array([_excused(found, q, point, doubt) for point in points])
         order = _believed(scores)
         near = points[order[0]]
     chances = np.exp(-(scores - scores.min()) / 2)
     chances /= chances.sum()
     places = tuple(
-        Place(points[i], _covariance(q.H, normals[i]), normals[i], scores[i], chances[i])
+        Place(*_placed(q, points[i], normals[i], doubt), normals[i], scores[i], chances[i])
         for i in order
     )
     inside = solid is None or (met is not None and met.inside)
@@ -193,8 +200,24 @@ def _believed(scores: Array) -> list[int]:
     return [first, *(int(i) for i in np.argsort(scores, kind="stable") if i != first)]
 
 
-def _covariance(H: Array, normal: Array | None) -> Array:
+def _excused(found: Principal, q: Quadratic, point: Array, doubt: float) -> float:
+    """q' of a point on a surface that may be off."""
+    whole, d = misfit(found, point), point - q.best
+    beside = float(d @ q.H @ d)
+    if not doubt or beside <= 0:
+        return whole
+    share = float(d @ np.linalg.solve(np.linalg.inv(q.H) + doubt**2 * np.eye(3), d)) / beside
+    least = misfit(found, q.best)
+    return least + (whole - least) * share if whole > least else whole
+
+
+def _placed(q: Quadratic, point: Array, normal: Array | None, doubt: float) -> tuple[Array, Array]:
+    """r (3,) and its covariance (3, 3), from a point on the surface."""
     if normal is None:
-        return np.asarray(np.linalg.inv(H))
+        return point, np.asarray(np.linalg.inv(q.H))
+    if doubt:
+        held = np.outer(normal, normal) / doubt**2
+        C = np.asarray(np.linalg.inv(q.H + held))
+        return C @ (q.H @ q.best + held @ point), C
     T = lie.tangent_basis(normal)
-    return np.asarray(T @ np.linalg.solve(T.T @ H @ T, T.T))
+    return point, np.asarray(T @ np.linalg.solve(T.T @ q.H @ T, T.T))

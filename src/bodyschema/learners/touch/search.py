@@ -40,6 +40,7 @@ class TouchSearch:
         gain_std: float = 0.01,
         false_per_hour: float = 0.1,
         averaging: Averaging = WINDOW,
+        surface: float = 0.0,
     ) -> TouchSearch:
         """Learn from free motion what no touch looks like.
 
@@ -50,6 +51,7 @@ class TouchSearch:
             gain_std: share of itself by which each reading may be off; 0 if they are exact.
             false_per_hour: touches an hour that may be felt where there are none.
             averaging: the windows over which wrench and motion are averaged.
+            surface: m, one standard deviation that the object's surface may be off.
 
         Raises:
             InputError: too few samples, or a setting that makes no sense.
@@ -58,7 +60,9 @@ class TouchSearch:
             load = load.with_gains(Averaging().means(quiet), gain_std)
         left = Unexplained.of(averaging.means(quiet), load)
         noise = measured_noise(left)
-        finder = TouchFinder(noise.covariance, solid, left.rate, false_per_hour, noise.samples)
+        finder = TouchFinder(
+            noise.covariance, solid, left.rate, false_per_hour, noise.samples, surface=surface
+        )
         return cls(load, finder, averaging)
 
     def unexplained(self, samples: WristSamples) -> Unexplained:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,25 @@ def test_what_is_no_point_contact_is_refused_with_a_reason(verdict, change):
     assert "point" not in found
 
 
+def test_forces_that_meet_beside_the_surface_are_beside_it_though_their_line_enters():
+    """The box is 2 cm higher than it is said to be."""
+    rng, sway = np.random.default_rng(8), 0.5
+    time = np.arange(300) / 100
+    on = ((time >= 1) & (time < 2))[:, None]
+    turn = sway * np.sin(2 * np.pi * time)[:, None] * np.array([1.0, 0.0, 0.0])
+    f = on * (np.array([0.0, 0.0, -5.0]) + 5 * turn)
+    w = np.hstack([f, np.cross(PLACE + np.array([0.0, 0.0, 0.02]), f)]) + STD * rng.normal(
+        size=(300, 6)
+    )
+    found = Unexplained(time, w, np.zeros((300, 6, 0)))
+    (touch,) = FINDER.touches(found)
+    assert touch.inside
+    assert touch.verdict == "beside"
+    (excused,) = replace(FINDER, surface=0.02).touches(found)
+    assert excused.verdict == "point"
+    assert excused.point == pytest.approx(PLACE + np.array([0.0, 0.0, 0.02]), abs=2e-3)
+
+
 def test_noise_is_no_touch():
     rng = np.random.default_rng(4)
     w = STD * rng.normal(size=(30000, 6))
@@ -119,6 +140,7 @@ def test_news_come_at_the_beginning_between_and_at_the_end():
         lambda: TouchFinder(np.eye(5)),
         lambda: TouchFinder(np.eye(6), rate=0.0),
         lambda: TouchFinder(np.eye(6), samples=6),
+        lambda: TouchFinder(np.eye(6), surface=-1e-3),
         lambda: FINDER.step(
             FINDER.start(),
             (Unexplained(np.zeros(1), np.full((1, 6), np.nan), np.zeros((1, 6, 0))),),

@@ -66,6 +66,33 @@ def test_the_covariance_is_what_noise_does():
     assert np.abs(stated[2]).max() < 1e-12
 
 
+@pytest.mark.parametrize("spread", [0.0, 0.2])
+def test_a_surface_that_may_be_off_is_in_the_covariance_and_yields_to_forces_that_meet(spread):
+    """By a surface 3 mm off, the place errs as stated; forces that meet say where it is."""
+    rng, doubt, squares, apart = np.random.default_rng(5), 3e-3, [], []
+    r = np.array([0.01, -0.02, 0.182])
+    for _ in range(200):
+        exact = [wrench(10 * f, r) for f in directions(4, spread, rng)]
+        noisy = [w + np.sqrt(np.diag(NOISE)) * rng.normal(size=6) for w in exact]
+        told = Solid(BOX.vertices + doubt * rng.normal(size=3), BOX.faces)
+        place = locate(seen(*noisy), noisy[0][:3], told, doubt).places[0]
+        d = place.point - r
+        squares.append(d @ np.linalg.solve(place.covariance, d) / 3)
+        apart.append(np.linalg.norm(d))
+    assert np.mean(squares) == pytest.approx(1.0, abs=0.25)
+    size = np.sqrt(np.mean(np.square(apart)))
+    assert size < 1e-3 if spread else size == pytest.approx(doubt, rel=0.2)
+
+
+def test_a_surface_that_may_be_off_excuses_what_lies_beside_it_by_so_much():
+    rng, r = np.random.default_rng(6), np.array([0.01, -0.02, 0.182])
+    found = seen(*(wrench(20 * f, r) for f in directions(4, 0.3, rng)))
+    off = Solid(BOX.vertices + np.array([0.0, 0.0, 0.004]), BOX.faces)
+    exact, doubted = (locate(found, found.wrenches[0, :3], off, s) for s in (0.0, 2e-3))
+    assert exact.places[0].misfit > 50
+    assert doubted.places[0].misfit == pytest.approx(4.0, rel=0.2)
+
+
 def test_the_misfit_of_the_truth_is_chi_square():
     rng = np.random.default_rng(1)
     f, r = np.array([0.4, -0.2, -1.0]), np.array([0.01, -0.02, 0.182])
