@@ -132,7 +132,7 @@ def _put(fresh: Path, path: Path, overwrite: bool, earlier: Earlier) -> None:
             else:
                 fresh.chmod(stat.S_IMODE(target.stat().st_mode))
                 if not swapped(fresh, target):
-                    _replace(fresh, target)
+                    _replace(fresh, target, earlier)
                 elif any(strangers(fresh, earlier)):
                     # Somebody came between the look and the swap: back, and look again.
                     swapped(fresh, target)
@@ -146,12 +146,14 @@ def _put(fresh: Path, path: Path, overwrite: bool, earlier: Earlier) -> None:
     raise InputError(f"'{path}' is being written by other runs; name another folder.")
 
 
-def _replace(fresh: Path, target: Path) -> None:
+def _replace(fresh: Path, target: Path, earlier: Earlier) -> None:
     """In two steps; `found_again` puts the old folder back if this is killed between them."""
     old = aside(target, OLD)
     with held(target):
         target.rename(old)
         try:
+            if any(strangers(old, earlier)):
+                raise FileExistsError(errno.EEXIST, "somebody came between the look and this")
             fresh.rename(target)
         except OSError:
             old.rename(target)

@@ -99,7 +99,7 @@ def refuse_unwritable(target: Path) -> None:
     except (OSError, ValueError) as error:
         raise unwritable(target.parent, error) from None
     if not above.is_dir():
-        raise unwritable(above, NotADirectoryError(errno.ENOTDIR, "it is a file"))
+        raise unwritable(above, NotADirectoryError(errno.ENOTDIR, "it is no folder"))
     for place in (above, *([target] if target.exists() else [])):
         if not os.access(place, os.W_OK | (os.X_OK if place.is_dir() else 0)):
             raise unwritable(place, PermissionError(errno.EACCES, "Permission denied"))

@@ -56,13 +56,15 @@ class Simulate:
 
     def _icub(self) -> str:
         """Record the iCub; in words what is wrong with it."""
-        from bodyschema.simulation.folder import write_simulation
+        from bodyschema.atomic import check_new_folder
+        from bodyschema.simulation.folder import is_earlier, write_simulation
         from bodyschema.simulation.world import Simulation, describe_simulation, simulate
 
         if self.form != "csv":
             raise InputError(
                 f"the iCub is recorded as csv, not as {self.form}; add --scene wrist-camera."
             )
+        check_new_folder(self.out, self.overwrite, is_earlier)
         settings = Simulation(
             n_samples=self.samples,
             seed=self.seed,

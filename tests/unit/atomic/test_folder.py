@@ -168,15 +168,16 @@ def test_what_comes_while_the_result_is_made_stays(tmp_path: Path) -> None:
     assert contents(tmp_path) == ["results"]
 
 
+@pytest.mark.parametrize("can_swap", [True, False])
 def test_what_comes_just_before_the_swap_stays(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, can_swap: bool
 ) -> None:
     path = result(tmp_path / "results")
 
     def late(one: Path, other: Path) -> bool:
         if not (one / "notes.txt").exists():
             (path / "notes.txt").write_text("mine")
-        return swapped(one, other)
+        return can_swap and swapped(one, other)
 
     monkeypatch.setattr("bodyschema.atomic.folder.swapped", late)
     with pytest.raises(InputError, match=r"holds 'notes\.txt'"):
