@@ -4,7 +4,7 @@ A humanoid of 24 joints knows which joint hangs on which, and nothing else: no l
 stands in random postures, sees its hands and feet, and learns. Then it is to bring its right hand
 to points that its head sees. MuJoCo says where the hand truly is.
 
-python examples/07_reach_with_a_learned_body.py
+python examples/07_reach_with_a_learned_body.py    needs the extra sim
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Without folders it looks at an iCub whose image it makes up. With them it also draws over images of
 the recordings that DATA has: red before the joints are corrected, green after; see docs/gallery.md.
 
-python examples/08_overlays.py [PICTURES DATA]
+python examples/08_overlays.py [PICTURES DATA]    needs the extras sim and vision
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import json
 import sys
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 import bodyschema as bs
@@ -44,6 +43,8 @@ def imagined_icub() -> None:
 
 def show(to: Path, seen: list[Path], eye: bs.Camera, skin: bs.Surface, T: np.ndarray) -> None:
     """Draw two bodies, before and after, over an image; its mask tells how well they fit."""
+    import cv2  # of the extra vision
+
     image, mask = cv2.imread(str(seen[0]))[..., ::-1], cv2.imread(str(seen[1]), 0)
     fit = fit_contours(skin, T, [eye], [ObservedMask.of(mask)])
     print("{}: overlap with the mask {:.3f} -> {:.3f}".format(to.stem, *fit.jaccard[:, 0]))
@@ -79,9 +80,8 @@ def vislab(data: Path, pictures: Path) -> None:
     body = body.attach("left", "36", np.diag([-1.0, -1.0, 1.0, 1.0]))  # node LeftEyeCam
     camera, shape = bs.Camera("left", "left", 320, 240, PINHOLE), np.load(data / "model/meshes.npz")
     skin = [(k, n) for k, n in enumerate(shape["node"]) if nodes[n]["in_right_arm"]]
-    surface = bs.Surface.build(
-        {str(n): (size[n] * shape[f"V{k}"], shape[f"F{k}"]) for k, n in skin}
-    )
+    skins = {str(n): (size[n] * shape[f"V{k}"], shape[f"F{k}"]) for k, n in skin}
+    surface = bs.Surface.build(skins)
     table = np.genfromtxt(data / "frames.csv", delimiter=",", skip_header=1)[:, 4:]
     offset = np.array([9.97, 10.54, -7.32, 7.1, 0.75, 21.3, -7.7, *np.zeros(15)])
     column = [r["index"] + 16 * (r["source"] == "head") for r in turns if r]

@@ -5,7 +5,7 @@ on a real robot: take a picture, read the encoders, `step`; ask `found` whenever
 --camera 0 it looks through a webcam and takes the joint positions from `read_encoders`, which is
 yours to write.
 
-python examples/09_find_the_body.py [--camera NUMBER]
+python examples/09_find_the_body.py [--camera NUMBER]    needs the extras sim and vision
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import sys
 import time
 from collections.abc import Iterator
 
-import cv2
 import numpy as np
 
 import bodyschema as bs
@@ -30,6 +29,8 @@ def read_encoders() -> np.ndarray:
 
 def webcam(number: int) -> Iterator[Moment]:
     """Pictures as they come, with the clock of this computer."""
+    import cv2
+
     camera = cv2.VideoCapture(number)
     while True:
         there, image = camera.read()

@@ -5,7 +5,7 @@ Then it goes on moving, and listens: eight times a second it averages the last q
 and asks what the load does not explain. Three touches follow: a poke, a twist by something soft,
 and a finger that slides along the wall.
 
-python examples/11_where_was_it_touched.py
+python examples/11_where_was_it_touched.py    needs the extra sim
 """
 
 from __future__ import annotations

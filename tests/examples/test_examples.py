@@ -43,6 +43,30 @@ def test_an_example_is_one_page_and_says_how_to_run_it(path: Path) -> None:
     assert f"python examples/{path.name}" in text
 
 
+BARE = """
+import runpy, sys
+for package in ("cv2", "av", "mujoco", "icub_models", "matplotlib", "jinja2", "pyarrow", "trimesh"):
+    sys.modules[package] = None
+runpy.run_path(sys.argv[1], run_name="__main__")
+"""
+"""Runs an example as where only the core is installed."""
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_that_needs_extras_says_which(path: Path, tmp_path: Path) -> None:
+    heading = path.read_text(encoding="utf-8").split('"""')[1]
+    if "simulation" not in path.read_text(encoding="utf-8"):
+        assert "needs the extra" not in heading
+        return
+    command = [sys.executable, "-c", BARE, str(path)]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert (done.returncode != 0) == ("needs the extra" in heading), done.stderr
+    if done.returncode != 0:
+        assert "run: pip install 'bodyschema[" in done.stderr.splitlines()[-1]
+
+
 def test_a_sense_of_ones_own_goes_through_every_verb(tmp_path: Path) -> None:
     """A line for each of calibrate, check, plan and report, of a class of fifteen lines at most."""
     path = next(path for path in EXAMPLES if path.stem == "12_a_sense_of_your_own")

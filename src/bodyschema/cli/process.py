@@ -29,6 +29,8 @@ def own_process() -> None:
     log.addHandler(logging.StreamHandler(sys.stderr))
     log.setLevel(logging.INFO)
     log.propagate = False
+    # It makes do with a temporary folder where it cannot write at home, and need not say so.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
 def said_after() -> None:
