@@ -92,7 +92,7 @@ def test_the_surprise_is_chi_square_over_what_the_pictures_tell() -> None:
     n, scale = len(variables), variables.scale
     A = rng.normal(size=(60, n)) / scale
     A[:, 0] = 0.0
-    H = 30.0 * A.T @ A
+    H: Array = np.asarray(30.0 * A.T @ A, dtype=np.float64)
     told, squares = 0, []
     for _ in range(300):
         true = np.zeros(n)
