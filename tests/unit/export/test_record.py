@@ -25,6 +25,13 @@ class Inner:
 
 
 @dataclass(frozen=True)
+class Bare:
+    """One array."""
+
+    q: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Whole:
     """One field of every type."""
 
@@ -185,3 +192,27 @@ def test_an_array_is_a_list_of_its_own_numbers(wrong: Any) -> None:
 def test_an_array_of_floats_likewise(wrong: Any) -> None:
     with pytest.raises(InputError, match=r"^Whole\.row cannot be "):
         decoded(Whole, {**as_text(WHOLE), "row": wrong})
+
+
+@pytest.mark.parametrize("shape", [(0,), (0, 3), (2, 0), (0, 4, 4)])
+def test_an_array_without_a_number_keeps_its_shape(shape: tuple[int, ...]) -> None:
+    text = as_text(Bare(np.zeros(shape)))
+    assert decoded(Bare, text).q.shape == shape
+
+
+@pytest.mark.parametrize(
+    "value",
+    [{"empty": [3]}, {"empty": [0, -1]}, {"empty": [0, 2**40]}, {"empty": [0, 2**30, 2**30, 2**30]},
+     {"empty": [True, 0]}, {"empty": 0}, {"empty": [0], "more": 1}, {}, [[1.0], [2.0, 3.0]], 3, "x",
+     [10**400]],
+)  # fmt: skip
+def test_what_is_no_array(value: Any) -> None:
+    with pytest.raises(InputError, match=r"Bare\.q"):
+        decoded(Bare, {"q": value})
+
+
+def test_true_is_no_number_and_a_pair_has_two_words() -> None:
+    with pytest.raises(InputError, match=r"Whole\.count cannot be True"):
+        decoded(Whole, {**as_text(WHOLE), "count": True})
+    with pytest.raises(InputError, match="by_pair"):
+        decoded(Whole, {**as_text(WHOLE), "by_pair": {"alone": {"at": []}}})

@@ -88,6 +88,15 @@ def test_names_that_do_not_fit_are_numbered(tmp_path):
         ({"video_path": None}, "does not state 'video_path'"),
         ({"data_path": "data/{batch}.parquet"}, "path with an unknown part"),
         ({"data_path": "data/none.parquet"}, "was it downloaded whole"),
+        ({"data_path": "../../{episode_index}.parquet"}, "outside of its folder"),
+        ({"video_path": "/etc/{video_key}"}, "outside of its folder"),
+        ({"data_path": "{episode_index:100000000d}"}, "only {name} and {name:03d} may stand"),
+        ({"data_path": "{episode_index.__class__}"}, "only {name} and {name:03d} may stand"),
+        ({"data_path": "{video_key:9d}.parquet"}, "path with an unknown part"),
+        ({"features": ["observation.state"]}, "must be a table of tables"),
+        ({"features": {"observation.state": 1}}, "must be a table of tables"),
+        ({"total_episodes": "3"}, "expected a whole number"),
+        ({"chunks_size": [1]}, "expected a whole number"),
     ],
 )
 def test_unfit_data_sets(tmp_path, changes, message):
@@ -95,6 +104,14 @@ def test_unfit_data_sets(tmp_path, changes, message):
     write_info(folder, VERSION_2, **changes)
     with pytest.raises(InputError, match=message):
         open_episode(folder)
+
+
+@pytest.mark.parametrize("text", ["[]", "3", "[" * 100_000, '"\\ud800"'])
+def test_an_info_that_is_no_table(tmp_path, text):
+    (tmp_path / "meta").mkdir()
+    (tmp_path / "meta" / "info.json").write_text(text)
+    with pytest.raises(InputError, match=r"no table of keys|no readable JSON|half a character"):
+        open_episode(tmp_path)
 
 
 def test_a_reference_to_a_large_file_is_not_the_file(tmp_path):

@@ -51,3 +51,14 @@ def test_other_features_have_their_names(tmp_path: Path) -> None:
     found = open_recording(tmp_path)
     assert {*found.columns} == {"a.pos", "action.a.pos", "action.b.pos", "tool_x", "timestamp"}
     assert found.columns["action.b.pos"].tolist() == [4, 6]
+
+
+def test_a_clock_that_is_set_back_within_an_episode_is_said(tmp_path: Path) -> None:
+    folder = version_2(tmp_path)
+    path = sorted((folder / "data").rglob("*.parquet"))[1]
+    table = pq.read_table(path)
+    late = table["timestamp"].to_numpy().copy()
+    late[7:] -= 500
+    pq.write_table(table.set_column(1, "timestamp", pa.array(late)), path)
+    with pytest.raises(InputError, match=r"goes back by 500 s in row 19 .* within episode 1"):
+        open_recording(folder)
