@@ -22,7 +22,14 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"(?<!\w)[-+]?\d[\d.]*(e[-+]?\d+)?\b")
-PAGES = ("first_steps.md", "a_sense_of_your_own.md")
+PAGES = (
+    "first_steps.md",
+    "a_sense_of_your_own.md",
+    "wrist_camera.md",
+    "lerobot_arm.md",
+    "ros2.md",
+    "researchers.md",
+)
 
 
 def blocks(page: str) -> Iterator[tuple[str, str]]:
@@ -82,8 +89,8 @@ def test_the_blocks_of_a_page_run_in_order(
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_a_page_has_all_kinds_of_blocks(page: str) -> None:
-    assert {language for language, _ in blocks(page)} == {"sh", "python", "text"}
+def test_a_page_has_blocks_to_run_and_to_compare(page: str) -> None:
+    assert {"sh", "text"} <= {language for language, _ in blocks(page)}
 
 
 def test_words_leave_out_numbers_and_frames_of_tables() -> None:
