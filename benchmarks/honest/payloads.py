@@ -200,6 +200,7 @@ ROWS = (
     _row("slips slowly", _slip(False)),
     _row("leaks", _leak),
     _row("tilted base", tilted_base),
+    _row("tilted base (postures)", tilted_base, make=_still(7, 15, 30)),
     _row("sensor a quarter turn off", _turned_sensor),
     _row("wrong sign", said(sign="on_sensor")),
     _row("torque in Nmm", said(torque_unit="Nmm")),

@@ -16,7 +16,15 @@ from bodyschema.errors import InputError
 from bodyschema.model.inertia import Inertia
 from bodyschema.senses.wrist_declaration import MotionReading, PoseColumns, WrenchColumns
 from bodyschema.senses.wrist_samples import WristSamples
-from bodyschema.simulation.loads import Held, draw_motion, draw_sensor, record, wire_box
+from bodyschema.simulation.loads import (
+    Held,
+    Sensor,
+    draw_motion,
+    draw_sensor,
+    joined,
+    record,
+    wire_box,
+)
 from bodyschema.sources.recording import Recording
 
 WRENCH = WrenchColumns(("fx", "fy", "fz", "tx", "ty", "tz"), "sensor", "on_object")
@@ -26,11 +34,16 @@ BOX = wire_box()
 Fault = Callable[[WristSamples, np.random.Generator], WristSamples]
 
 
-def recorded(seed: int, seconds: float = 15.0, held: list[Held] | None = None) -> WristSamples:
+def recorded(
+    seed: int,
+    seconds: float = 15.0,
+    held: list[Held] | None = None,
+    sensor: Sensor | None = None,
+) -> WristSamples:
     """A motion of the box."""
     rng = np.random.default_rng([17, seed])
-    motion, sensor = draw_motion(rng, seconds, 0.4, 100.0), draw_sensor(rng, 0.02)
-    return record(motion, held or [Held(0.0, BOX)], sensor, rng)
+    motion, drawn = draw_motion(rng, seconds, 0.4, 100.0), draw_sensor(rng, 0.02)
+    return record(motion, held or [Held(0.0, BOX)], sensor or drawn, rng)
 
 
 def table(samples: WristSamples, clock: bool = True) -> WristTable:
@@ -51,13 +64,18 @@ def drifts(samples: WristSamples, rng: np.random.Generator) -> WristSamples:
     return replace(samples, wrench=samples.wrench + np.outer(1 - np.exp(-3 * share), by))
 
 
-def leans(samples: WristSamples, rng: np.random.Generator) -> WristSamples:
-    """The base, by 4 degrees."""
-    turn = lie.exp_so3(np.radians([4.0, 0.0, 0.0]))
+def leans(samples: WristSamples, rng: np.random.Generator, degrees: float = 4.0) -> WristSamples:
+    """The base."""
+    turn = lie.exp_so3(np.radians([degrees, 0.0, 0.0]))
     assert samples.rotation is not None
     assert samples.position is not None
     R, p = turn @ samples.rotation, samples.position @ turn.T
     return replace(samples, rotation=R, position=p)
+
+
+def leans_far(samples: WristSamples, rng: np.random.Generator) -> WristSamples:
+    """The base, by 30 degrees: no small effect."""
+    return leans(samples, rng, 30.0)
 
 
 def mixes(samples: WristSamples, rng: np.random.Generator) -> WristSamples:
@@ -100,6 +118,8 @@ def test_a_good_recording_is_trusted(seed: int) -> None:
         (drifts, "offset drifts", 0),
         (leans, "base is tilted by 4", 0),
         (leans, "base is tilted by 4", 1),
+        (leans_far, "base is tilted by 30 degrees", 0),
+        (leans_far, "write down = [0.00, 4.9", 1),
     ],
 )
 def test_what_is_found_is_put_right_and_said(fault: Fault, word: str, seed: int) -> None:
@@ -110,6 +130,23 @@ def test_what_is_found_is_put_right_and_said(fault: Fault, word: str, seed: int)
     assert max(shares(answer)) < 2
     (found,) = answer.details["loads"]
     assert found["mass"] == pytest.approx(BOX.mass, rel=4e-3)
+
+
+@pytest.mark.parametrize("degrees", [3.0, 30.0])
+def test_a_base_that_leans_carries_two_recordings(degrees: float) -> None:
+    """`answers.held_recording`: of the gripper alone, and with its object; gravity is one."""
+    gripper = Inertia(0.4, np.array([0.01, 0.0, 0.05]), 5e-4 * np.eye(3))
+    rng = np.random.default_rng(0)
+    sensor = draw_sensor(rng, 0.02)
+    alone = recorded(5, held=[Held(0.0, gripper)], sensor=sensor)
+    both = recorded(6, held=[Held(0.0, joined(gripper, BOX))], sensor=sensor)
+    alone, both = leans(alone, rng, degrees), leans(both, rng, degrees)
+    answer = learn_payload(table(both), DECLARED, empty=table(alone))
+    assert f"base is tilted by {degrees:.0f} degrees" in " ".join(answer.trust.reasons)
+    assert answer.trust.level == "limited"
+    (found,) = (load for load in answer.details["loads"] if load["name"] == "object")
+    assert found["mass"] == pytest.approx(BOX.mass, abs=3 * 1.96 * found["mass_std"])
+    assert found["mass_std"] < 0.01 * BOX.mass
 
 
 @pytest.mark.parametrize("fault", [mixes, pulls])

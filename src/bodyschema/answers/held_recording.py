@@ -143,16 +143,18 @@ def hold(
 
     other = None if empty is None else empty.read(declared).samples
     split = bool(cut.empty or cut.loaded or empty is not None)
-    lag, leant = 0.0, tuple[WeighedRival, ...]()
 
     def parts_of(some: WristSamples) -> list[Part]:
         if split:
-            return declared_segments(some, cut, means, other)
+            # One base carries both recordings.
+            alone = None if other is None else replace(other, down=some.down)
+            return declared_segments(some, cut, means, alone)
         return [Part(means(some), ("load",))]
 
+    # A tilt looks like a small lag, or like another declaration; by itself it explains more.
+    samples, leant = mended_samples(samples, parts_of, learner, ("tilt",), other)
+    lag = 0.0
     if moving and not split:
-        # A tilt looks like a small lag; by itself it explains more.
-        samples, leant = mended_samples(samples, parts_of, learner, ("tilt",))
         samples, lag = on_one_clock(samples, learner, Averaging(how.window))
 
     def fitted(some: WristSamples) -> tuple[tuple[Happening, ...], PayloadFit]:
@@ -167,15 +169,14 @@ def hold(
     lever = max(float(np.linalg.norm(load.com)) for load in fit.loads.values())
     hint = better_declaration(table, declared, how, moving, share, lever)
     mended = tuple[WeighedRival, ...]()
-    known = empty is None
     if not hint:
         wanted = ("tilt", "lag") if moving else ("tilt",)
-        samples, mended = mended_samples(samples, parts_of, learner, wanted)
+        samples, mended = mended_samples(samples, parts_of, learner, wanted, other)
         events, fit = fitted(samples) if mended else (events, fit)
         mended = leant + mended
-        fit, then = mended_fit(fit, samples if known else None, learner)
+        fit, then = mended_fit(fit, samples, learner, other)
         mended += then
-    R_world = world_rotation(samples, fit.parts) if known else None
+    R_world = world_rotation(samples, fit.parts, other)
     left = doubt(fit, learner, R_world, mended)
     fit = replace(fit, whole=left.whole)
     return HeldRecording(declared, fit, read, events, tuple(notes), samples, left, mended, hint)

@@ -23,7 +23,7 @@ from bodyschema.judging.wrist_declarations import POOR
 from bodyschema.model.inertia import Inertia
 from bodyschema.trust.trust import Trust
 from bodyschema.trust.wrench_doubt import CLEARLY
-from bodyschema.trust.wrench_rivals import MASS, USUAL, WeighedRival
+from bodyschema.trust.wrench_rivals import MASS, USUAL, WeighedRival, upright
 from bodyschema.trust.wrench_rows import slopes
 
 Array = NDArray[np.float64]
@@ -167,6 +167,9 @@ def _mended(held: HeldRecording) -> Trust | None:
         family: np.sum([o.gamma for o in held.mended if o.family == family], axis=0)
         for family in best
     }
+    remedy = REMEDY | {"tilt": _downward(held)}
+    if "tilt" in whole:
+        whole["tilt"] = _slopes(held)
     said = [_cause(one, whole[family]) for family, one in best.items()]
     shares = [
         f"{100 * min(max(o.share for o in held.mended if o.family == family), 1.0):.0f} %"
@@ -174,10 +177,22 @@ def _mended(held: HeldRecording) -> Trust | None:
     ]
     lines = tuple(
         f"{text}; that explained {share} of what the load left over, also of stretches it was not "
-        f"fitted to, and was put right: {REMEDY[one.family]}."
+        f"fitted to, and was put right: {remedy[one.family]}."
         for text, share, one in zip(said, shares, best.values(), strict=True)
     )
     return Trust("limited", lines)
+
+
+def _slopes(held: HeldRecording) -> Array:
+    """(2,) of the base against what was declared, after all steps towards where gravity points."""
+    x, y, z = upright(np.asarray(held.read.samples.down)) @ np.asarray(held.samples.down)
+    return np.asarray([x / -z, y / -z])
+
+
+def _downward(held: HeldRecording) -> str:
+    """The entry that says where gravity points."""
+    down = ", ".join(f"{round(value, 2) + 0.0:.2f}" for value in held.samples.down)
+    return f"write down = [{down}] under [motion], or mount the base level"
 
 
 def _left(held: HeldRecording) -> Trust | None:
@@ -268,7 +283,7 @@ def _cause(one: WeighedRival, gamma: Array) -> str:
 def _size(one: WeighedRival, gamma: Sequence[float] | Array) -> str:
     g = np.asarray(gamma)
     if one.family == "tilt":
-        return f"{np.degrees(np.linalg.norm(g)):.2g} degrees"
+        return f"{np.degrees(np.arctan(np.linalg.norm(g))):.2g} degrees"
     if one.family == "lag":
         return f"{1e3 * abs(g[0]):.0f} ms"
     if one.family == "gains":

@@ -21,6 +21,7 @@ from bodyschema.learners.payload.recorded import Part, PayloadFit, fit_payload
 from bodyschema.senses.even_samples import evenly
 from bodyschema.senses.wrist_samples import WristSamples
 from bodyschema.trust.wrench_doubt import repair
+from bodyschema.trust.wrench_gravity import lean
 from bodyschema.trust.wrench_rivals import WeighedRival, upright
 
 Array = NDArray[np.float64]
@@ -38,6 +39,7 @@ def mended_samples(
     cut: Callable[[WristSamples], Sequence[Part]],
     learner: LoadLearner,
     wanted: Sequence[str],
+    empty: WristSamples | None = None,
 ) -> Mended:
     """The samples with gravity and clock as the wrench has them, and what was put right.
 
@@ -46,17 +48,18 @@ def mended_samples(
         cut: the parts of samples, all with the loads that they are believed to carry.
         learner: with the priors of the sensor.
         wanted: "tilt", and "lag" where rows follow a motion.
+        empty: another recording, which the first part is cut from.
     """
     found = list[WeighedRival]()
     for _ in range(ROUNDS):
         fit = fit_payload(cut(samples), learner)
-        made = repair(fit, learner, world_rotation(samples, fit.parts), wanted)
+        made = repair(fit, learner, world_rotation(samples, fit.parts, empty), wanted)
         if made is None:
             break
         one = made[0]
         found.append(one)
         if one.family == "tilt":
-            samples = _tilted(samples, one.gamma)
+            samples = _plumb(_tilted(samples, one.gamma), cut, learner, empty)
         else:
             lag = float(np.clip(-one.gamma[0], -LONGEST, LONGEST))
             samples = shifted(evenly(samples), lag)
@@ -64,12 +67,15 @@ def mended_samples(
 
 
 def mended_fit(
-    fit: PayloadFit, samples: WristSamples | None, learner: LoadLearner
+    fit: PayloadFit,
+    samples: WristSamples,
+    learner: LoadLearner,
+    empty: WristSamples | None = None,
 ) -> tuple[PayloadFit, tuple[WeighedRival, ...]]:
     """The fit without what the sensor's offset did, and what that was."""
     found = list[WeighedRival]()
     for _ in range(ROUNDS):
-        R_world = None if samples is None else world_rotation(samples, fit.parts)
+        R_world = world_rotation(samples, fit.parts, empty)
         made = repair(fit, learner, R_world, ("drift", "jump"))
         if made is None:
             break
@@ -84,13 +90,37 @@ def mended_fit(
     return fit, tuple(found)
 
 
-def world_rotation(samples: WristSamples, parts: Sequence[Part]) -> Array | None:
-    """(n, 3, 3) of all means, to axes whose z points up; None where gravity was measured."""
-    if samples.rotation is None or samples.gravity is not None:
-        return None
-    time = np.concatenate([part.means.time for part in parts])
-    rows = np.clip(np.searchsorted(samples.time, time), 0, len(samples) - 1)
-    return np.asarray(upright(np.asarray(samples.down)) @ samples.rotation[rows])
+def world_rotation(
+    samples: WristSamples, parts: Sequence[Part], empty: WristSamples | None = None
+) -> Array | None:
+    """(n, 3, 3) of all means, to axes whose z points up; None where gravity was measured.
+
+    Args:
+        samples: of the recording.
+        parts: of it.
+        empty: another recording, which the first part is cut from.
+    """
+    found = []
+    for k, part in enumerate(parts):
+        own = empty if empty is not None and k == 0 else samples
+        if own.rotation is None or own.gravity is not None:
+            return None
+        rows = np.clip(np.searchsorted(own.time, part.means.time), 0, len(own) - 1)
+        found.append(upright(np.asarray(samples.down)) @ own.rotation[rows])
+    return np.concatenate(found)
+
+
+def _plumb(
+    samples: WristSamples,
+    cut: Callable[[WristSamples], Sequence[Part]],
+    learner: LoadLearner,
+    empty: WristSamples | None,
+) -> WristSamples:
+    """Gravity where the means under it have it: a large lean was found by turning means alone."""
+    fit = fit_payload(cut(samples), learner)
+    R_world = world_rotation(samples, fit.parts, empty)
+    rest = None if R_world is None else lean(fit, learner, R_world)
+    return samples if rest is None else _tilted(samples, rest.gamma)
 
 
 def _tilted(samples: WristSamples, angles: Array) -> WristSamples:

@@ -20,20 +20,25 @@ from numpy.typing import NDArray
 from bodyschema.learners.payload.chart import SHARED
 from bodyschema.learners.payload.learner import LoadLearner
 from bodyschema.learners.payload.recorded import PayloadFit
+from bodyschema.trust.wrench_gravity import Lean, lean
 from bodyschema.trust.wrench_inflation import inflations
 from bodyschema.trust.wrench_rivals import (
     MASS,
     WeighedRival,
     WrenchRival,
+    as_free,
     beside,
+    freed,
     moved,
     noise_beside,
     weighed,
+    weighed_anew,
     wrench_rivals,
 )
 from bodyschema.trust.wrench_rows import WrenchRows, blocks, slopes
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 SURE = 1e-4
 """Chance below which what a rival explains is no chance."""
@@ -46,6 +51,10 @@ LIKELY = 0.5
 
 CONFIRMED = 2.0
 """Standard errors by which a repair must foretell other stretches of time better."""
+
+STEEPEST = 1.75
+"""Slope of a base (60 degrees) up to which it is taken for one that leans; beyond, gravity is
+declared along another axis, and that is for the user to say."""
 
 ASKED = ("mass", "centre", "moments")
 
@@ -74,7 +83,7 @@ def doubt(
     fit: PayloadFit,
     learner: LoadLearner,
     R_world: Array | None,
-    freed: Sequence[WeighedRival] = (),
+    mended: Sequence[WeighedRival] = (),
 ) -> WrenchDoubt:
     """Weigh all that may be wrong with a fit.
 
@@ -82,16 +91,19 @@ def doubt(
         fit: of a recording, repairs done.
         learner: with the priors of the sensor.
         R_world: (n, 3, 3) of all means, see `wrench_rivals`.
-        freed: what was repaired, which is free beside the load.
+        mended: what was repaired, which is free beside the load.
     """
-    rows, found, here, _, _ = _looked_at(fit, learner, R_world)
-    again = {one.family for one in freed}
+    rows, found, here, _, _, _ = _looked_at(fit, learner, R_world)
+    again = {one.family for one in mended}
     left = tuple(one for one in found if one.p_value < SURE and one.family not in again)
     kappas = tuple(_kappas(rows, fit, k) for k in range(len(fit.names)))
     bare = rows.root @ rows.root.T
     core = _stretched(bare, fit, kappas)
-    for one in {one.family: one for one in freed}.values():
-        spread = moved(rows, replace(one, rival=_same(one.rival, here)))[1]
+    for one in {one.family: one for one in mended}.values():
+        size = max(other.size for other in mended if other.family == one.family)
+        spread = moved(rows, as_free(replace(one, rival=_same(one.rival, here), size=size), rows))[
+            1
+        ]
         core = core + spread @ spread.T
     likely = [one for one in left if one.gain > LIKELY * left[0].gain]
     ways = [_moved(rows, one) for one in likely]
@@ -114,13 +126,16 @@ def repair(
         the rival, and (n, 6) N and Nm that it does to all means, along the mount's axes; None if
         there is none that is sure, foretells, and leaves its rivals behind.
     """
-    rows, found, _, whole, noise = _looked_at(fit, learner, R_world)
+    rows, found, _, whole, noise, leant = _looked_at(fit, learner, R_world)
     rows = rows.told_in(noise)
     if not found or found[0].p_value > SURE or found[0].family not in wanted:
         return None
     one = found[0]
+    if one.family == "tilt" and np.linalg.norm(one.gamma) > STEEPEST:
+        return None
+    under = leant if leant is not None and one.family == "tilt" else beside(rows, one)
     # Stretches weigh alike: one that is far off says no more than that it is.
-    better = np.log(foretold(rows) / foretold(beside(rows, one)))
+    better = np.log(foretold(rows) / foretold(under))
     se = float(np.std(better, ddof=1) * np.sqrt(len(better)))
     if float(better.sum()) < CONFIRMED * se:
         return None
@@ -139,6 +154,8 @@ class _Look(NamedTuple):
     """On all means."""
     noise: Array
     """(6,) beside all rivals."""
+    leant: WrenchRows | None
+    """These rows under the tilt among `found`, and it free, where it is no small one."""
 
 
 def _looked_at(fit: PayloadFit, learner: LoadLearner, R_world: Array | None) -> _Look:
@@ -147,7 +164,26 @@ def _looked_at(fit: PayloadFit, learner: LoadLearner, R_world: Array | None) -> 
     rows = everything.take(everything.counts)
     here = [rival.take(everything.counts) for rival in rivals]
     noise = noise_beside(here, rows)
-    return _Look(rows, weighed(here, rows.told_in(noise)), here, rivals, noise)
+    found, leant = weighed(here, rows.told_in(noise)), None
+    if R_world is not None and found and found[0].p_value < SURE:
+        tilt = _leaning(lean(fit, learner, R_world), learner, everything.counts, rows, noise)
+        if tilt is not None:
+            one, leant = tilt
+            found = [one, *(other for other in found if other.family != "tilt")]
+            found.sort(key=lambda one: -one.gain)
+    return _Look(rows, found, here, rivals, noise, leant)
+
+
+def _leaning(
+    leant: Lean | None, learner: LoadLearner, counts: Flags, rows: WrenchRows, noise: Array
+) -> tuple[WeighedRival, WrenchRows] | None:
+    """The tilt that a load fitted under it speaks for, and the rows under it."""
+    if leant is None:
+        return None
+    everything, rival = leant.rows(learner)
+    there, rival = everything.take(counts).told_in(noise), rival.take(counts)
+    one = weighed_anew(rival, leant.gamma, there, rows.told_in(noise))
+    return None if one is None else (one, freed(there, one))
 
 
 def foretold(rows: WrenchRows) -> Array:

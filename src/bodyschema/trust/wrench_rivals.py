@@ -12,7 +12,7 @@ test, Rao 1948; variance components, Patterson and Thompson 1971). Then gamma is
 parameter with the prior s: what the load can hide of it is as large as what is seen of it, and
 enters the error bars (`beside`).
 
-    tilt       gravity points elsewhere: 2 angles about the horizontal
+    tilt       gravity points elsewhere: 2 slopes of the base (`wrench_gravity` for large ones)
     drift      the sensor's offset wanders: cosines over the recording, 1/j for the j-th
     jump       the offset is another one from a time on
     gains      each reading errs by shares of all six: 36
@@ -46,6 +46,9 @@ USUAL = {
 }  # fmt: skip
 """Sizes s that are met: shares, rad, N, N, kg, kg and s. A family that must be ten times as large
 to explain the wrench loses a hundred of its gain."""
+
+GRAVITY = 9.81
+"""m/s^2."""
 
 TORQUE = 0.03
 """m: torque over force of a sensor's errors that are no share of the wrench."""
@@ -118,7 +121,7 @@ def wrench_rivals(rows: WrenchRows, R_world: Array | None) -> list[WrenchRival]:
     found = [WrenchRival("gains", _gains(rows))]
     loads = rows.Y[:, :, :4] * MASS
     if R_world is not None:
-        found.append(WrenchRival("tilt", _tilts(rows, R_world)))
+        found.append(WrenchRival("tilt", tilts(rows, R_world, np.zeros(2))))
     waves = [np.cos(j * np.pi * (t + 1) / 2)[:, None, None] * own / j for j in range(1, WAVES + 1)]
     found.append(WrenchRival("drift", np.concatenate(waves, axis=2)))
     found.append(WrenchRival("loss", t[:, None, None] * loads))
@@ -169,14 +172,44 @@ def weighed(rivals: Sequence[WrenchRival], rows: WrenchRows) -> list[WeighedRiva
 def _weigh(rival: WrenchRival, rows: WrenchRows, candidates: int) -> WeighedRival | None:
     Z = rows.left_of(rival.Z / rows.sigma[:, None])
     values, U = np.linalg.eigh(Z.T @ Z)
+    b = U.T @ (Z.T @ rows.left_of(rows.z[:, :, None])[:, 0])
+    return _most_likely(rival, rows, candidates, values, U, b, None)
+
+
+def weighed_anew(
+    rival: WrenchRival, gamma: Array, there: WrenchRows, rows: WrenchRows
+) -> WeighedRival | None:
+    """A rival whose effect is not linear in gamma, by what is left where it takes gamma.
+
+    Args:
+        rival: its effect there.
+        gamma: (k,) its best value.
+        there: the rows under it, in the same noise.
+        rows: without it.
+    """
+    Z = there.left_of(rival.Z / there.sigma[:, None])
+    values, U = np.linalg.eigh(Z.T @ Z)
+    return _most_likely(rival, rows, 1, values, U, values * (U.T @ gamma), there.squared)
+
+
+def _most_likely(
+    rival: WrenchRival,
+    rows: WrenchRows,
+    candidates: int,
+    values: Array,
+    U: Array,
+    b: Array,
+    rest: float | None,
+) -> WeighedRival | None:
+    """The size s and the noise v of the module's text; rest is |z|^2 less all that it explains."""
     seen = values > UNSEEN * max(float(np.sum((rival.Z / rows.sigma[:, None]) ** 2)), 1e-300)
     k, left = int(seen.sum()), rows.freedom
     if not k or left <= k + 1:
         return None
-    b = U[:, seen].T @ (Z.T @ rows.left_of(rows.z[:, :, None])[:, 0])
-    told = values[seen]
+    b, told = b[seen], values[seen]
     squares = b**2 / told
-    rest = max(rows.squared - float(squares.sum()), 1e-12 * rows.squared)
+    rest = rows.squared - float(squares.sum()) if rest is None else rest
+    rest = max(rest, 1e-12 * rows.squared)
     tried = SIZES / float(told.max())
     grown = 1 + tried[:, None] * told
     v = (np.sum(squares / grown, axis=1) + rest) / left
@@ -187,18 +220,31 @@ def _weigh(rival: WrenchRival, rows: WrenchRows, candidates: int) -> WeighedRiva
     gamma = U[:, seen] @ (s2 * b / grown[at])
     # What nothing is seen of is as large as the rest may be.
     open_ = np.where(seen, s2 * v[at] / (1 + s2 * np.maximum(values, 0.0)), s2 * v[at])
-    share = float(np.sum(squares * (1 - 1 / grown[at]))) / rows.squared
+    share = 1 - float(v[at]) * left / rows.squared
     p = 0.5 * float(erfc(np.sqrt(gain / 2))) * candidates
     size = float(np.sqrt(s2 * v[at]))
     return WeighedRival(rival, gain, min(p, 1.0), share, size, gamma, U * np.sqrt(open_))
 
 
-def beside(rows: WrenchRows, one: WeighedRival) -> WrenchRows:
+def freed(rows: WrenchRows, one: WeighedRival) -> WrenchRows:
     """The rows with a rival's k numbers free beside the p of theta, in the same units."""
     Z = one.rival.Z / rows.sigma[:, None]
     prior = np.concatenate([rows.precision, np.full(Z.shape[2], one.size**-2.0)])
-    more = replace(rows, A=np.concatenate([rows.A, Z], axis=2), precision=prior)
-    return replace(more, z=rows.z - Z @ one.gamma - rows.A @ step_of(rows, one))
+    return replace(rows, A=np.concatenate([rows.A, Z], axis=2), precision=prior)
+
+
+def beside(rows: WrenchRows, one: WeighedRival) -> WrenchRows:
+    """The same, where the rival has taken its share of the residuals."""
+    Z = one.rival.Z / rows.sigma[:, None]
+    return replace(freed(rows, one), z=rows.z - Z @ one.gamma - rows.A @ step_of(rows, one))
+
+
+def as_free(one: WeighedRival, rows: WrenchRows) -> WeighedRival:
+    """The same with the spread that numbers of its size have beside the load on these rows."""
+    Z = rows.left_of(one.rival.Z / rows.sigma[:, None])
+    values, U = np.linalg.eigh(Z.T @ Z)
+    told = np.maximum(values, 0.0) * rows.freedom / rows.squared
+    return replace(one, spread=U / np.sqrt(told + one.size**-2.0))
 
 
 def step_of(rows: WrenchRows, one: WeighedRival) -> Array:
@@ -214,8 +260,12 @@ def moved(rows: WrenchRows, one: WeighedRival) -> tuple[Array, Array]:
 
 
 def _gains(rows: WrenchRows) -> Array:
-    """(n, 6, 36) each reading's share in each other, of sizes that belong together."""
-    y = rows.wrench
+    """(n, 6, 36) each reading's share in each other, of sizes that belong together.
+
+    Of the wrench that the load makes: shares of what was read would explain the noise in it too,
+    and, at one each, all of it.
+    """
+    y = np.einsum("nij,nj->ni", rows.Y, rows.carried)
     force = float(np.sqrt(np.mean(y[:, :3] ** 2)))
     torque = max(float(np.sqrt(np.mean(y[:, 3:] ** 2))), LEVER * force)
     size = np.repeat([force, torque], 3)
@@ -225,11 +275,19 @@ def _gains(rows: WrenchRows) -> Array:
     return Z
 
 
-def _tilts(rows: WrenchRows, R_world: Array) -> Array:
-    """(n, 6, 2) a radian of tilt towards x and y of the world."""
-    still, columns = np.zeros((len(rows), 3)), []
+def way_down(gamma: Array) -> Array:
+    """(3,) the unit vector down, where a base leans by slopes gamma (2,) towards x and y."""
+    way = np.array([gamma[0], gamma[1], -1.0])
+    return np.asarray(way / np.linalg.norm(way))
+
+
+def tilts(rows: WrenchRows, R_world: Array, gamma: Array) -> Array:
+    """(n, 6, 2) what a change of each slope of the base does where they are gamma (2,)."""
+    still, columns, down = np.zeros((len(rows), 3)), [], way_down(gamma)
     for axis in np.eye(3)[:2]:
-        g = 9.81 * np.einsum("nji,j->ni", R_world, axis)
+        # d (w / |w|) = (1 - d d^T) dw / |w| with w = (gamma, -1), d = w / |w|.
+        change = (axis - down * (down @ axis)) * -down[2]
+        g = GRAVITY * np.einsum("nji,j->ni", R_world, change)
         Y = load_regressor(-g, still, still)
         columns.append(np.einsum("nij,nj->ni", Y, rows.carried))
     return np.stack(columns, axis=2)
