@@ -45,6 +45,19 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def test_a_camera_that_stands_elsewhere_is_doubted(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = TRACK.replace("xyz = [0.0, 1.2, 0.2]", "xyz = [0.02, 1.2, 0.18]")
+    (folder / "track.toml").write_text(text)
+    command = ["track", str(folder / "track.toml"), "--out", str(folder / "out"), "--force"]
+    run([*command, "--overlays", "0", "--seeds", "64", "--json"])
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["cameras_elsewhere"]["p_value"] < 0.01
+    assert answer["trust"]["level"] != "good"
+    assert "The pictures move camera 'eye' by" in answer["trust"]["reasons"][0]
+
+
 @pytest.mark.parametrize("masked", [True, False])
 def test_offsets_and_poses_are_written(
     folder: Path, capsys: pytest.CaptureFixture[str], masked: bool
@@ -62,6 +75,7 @@ def test_offsets_and_poses_are_written(
     assert answer["verdict"] == "found"
     assert answer["trust"] == {"level": "good", "reasons": []}
     assert 0 < answer["predicted_95_mm"] < 30
+    assert answer["cameras_elsewhere"]["p_value"] > 0.01
     assert (answer["pictures"]["used"], answer["pictures"]["of"]) == (4, 4)
     assert "4 of 4 pictures used" in answer["explanation"]
     assert "pictures used" in (out / "report.html").read_text()
