@@ -45,6 +45,8 @@ class Simulate:
 
     def run(self) -> int:
         """Simulate and write; see the module's text."""
+        if self.seed < 0:
+            raise InputError(f"--seed is {self.seed}; give 0 or more.")
         words = self._icub() if self.scene == "icub" else self._wrist_camera()
         if self.json:
             print(json.dumps({"folder": str(self.out), "run": str(self.out / "run.toml")}))

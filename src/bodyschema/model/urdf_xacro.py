@@ -49,7 +49,7 @@ def expanded(path: Path, packages: Packages, arguments: Mapping[str, str]) -> by
     )
     if "urdf" in said:
         return said["urdf"].encode()
-    reason = said["error"].partition("\n")[0].rstrip(". ")
+    reason = said["error"].rstrip(". ")[:200]
     undefined = _UNDEFINED.search(reason)
     if undefined is not None:
         raise _lacking(path, undefined[1])

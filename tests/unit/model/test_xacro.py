@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.model import xacro_process
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.tree import Body
 
@@ -91,3 +92,30 @@ def test_arguments_of_xacro(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("$(arg side)", "$(arg dof)"))
     with pytest.raises(InputError, match=r"needs the xacro argument 'dof'"):
         Body.from_urdf(path, arguments={"reach": 0.3})
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("${'a' * 10**11}", "when evaluating expression"),
+        ("${__import__('os').system('touch PWNED')}", "is no xacro that can be expanded: ."),
+    ],
+)
+def test_programs_in_a_xacro_file_do_no_harm(tmp_path: Path, name: str, message: str) -> None:
+    path = tmp_path / "a.xacro"
+    path.write_text(
+        f'<robot name="a" xmlns:xacro="http://ros.org/wiki/xacro"><link name="{name}"/></robot>'
+    )
+    with pytest.raises(InputError, match=message):
+        Body.from_urdf(path)
+    assert not Path("PWNED").exists()
+
+
+def test_a_xacro_file_that_never_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(xacro_process, "SECONDS", 1.0)
+    path = tmp_path / "a.xacro"
+    path.write_text(
+        '<robot name="a" xmlns:xacro="http://ros.org/wiki/xacro"><link name="${9**9**9}"/></robot>'
+    )
+    with pytest.raises(InputError, match="it takes more than 1 s"):
+        Body.from_urdf(path)
