@@ -18,7 +18,6 @@ from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.run_file import RunFile, read_run_file
 from bodyschema.errors import InputError, shown
-from bodyschema.model.arrangement import read_arrangement
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -152,6 +151,8 @@ class Calibrate:
         """The run file, with the flags laid over it."""
         run = self._described()
         if run.skeleton and not run.senses:
+            from bodyschema.model.arrangement import read_arrangement
+
             markers = marker_senses(read_arrangement(Path(run.skeleton)), self.columns, self.unit)
             run = replace(run, senses=markers)
         groups = run.free.groups if self.free is None else self.free

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bodyschema.cli.reading.joint_columns import JointColumns
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.run_file import RunFile
 from bodyschema.errors import InputError
-from bodyschema.model.arrangement import Arrangement
+
+if TYPE_CHECKING:
+    from bodyschema.model.arrangement import Arrangement
 
 
 def skeleton_run(skeleton: Path, recording: Sequence[Path], joint_unit: str) -> RunFile:

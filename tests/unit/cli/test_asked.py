@@ -45,6 +45,18 @@ def test_completion_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert "bodyschema" in capsys.readouterr().out
 
 
+def test_help_compiles_nothing_and_loads_no_compiler() -> None:
+    code = """
+import contextlib, io, sys
+from bodyschema.cli import run
+with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
+    run(["--help"])
+print(*sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numba", "scipy", "matplotlib", "mujoco"} & set(done.stdout.split())
+
+
 def test_only_the_verb_that_was_asked_for_is_loaded() -> None:
     code = """
 import sys

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bodyschema.model.tree import Body
-
 if TYPE_CHECKING:
     from bodyschema.cli.run_file import RunFile
+    from bodyschema.model.tree import Body
 
 
 def read_robot(
@@ -18,6 +17,8 @@ def read_robot(
     arguments: Mapping[str, str] | None = None,
 ) -> Body:
     """A URDF or xacro file with its packages and arguments, or a DH table in TOML or JSON."""
+    from bodyschema.model.tree import Body
+
     if path.suffix in (".toml", ".json"):
         return Body.from_dh(path)
     return Body.from_urdf(path, packages, arguments)
