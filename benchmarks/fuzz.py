@@ -19,6 +19,7 @@ import multiprocessing
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,17 +45,28 @@ def _fuzzed(name: str, count: int, seed: int, place: str, first: int) -> Tally:
     return fuzz(name, count, seed, Path(place), first)
 
 
-def run(mutants: int, seed: int, names: list[str], jobs: int = 1) -> list[Tally]:
-    """Fuzz readers, `jobs` of them at once."""
+def run(mutants: int, seed: int, names: list[str], jobs: int = 1) -> Iterator[Tally]:
+    """Fuzz readers, `jobs` of them at once; what became of each, as soon as it is known."""
     counts = shares(mutants, names)
     with tempfile.TemporaryDirectory(prefix="fuzz-") as place:
         if jobs == 1:
-            return [_fuzzed(name, count, seed, place, 0) for name, count in counts.items()]
+            for name, count in counts.items():
+                yield _fuzzed(name, count, seed, place, 0)
+            return
         # Spawned: each pool worker forks its own mutants from a process without threads.
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(jobs, context) as pool:
-            made = [pool.submit(_fuzzed, n, c, seed, place, 0) for n, c in counts.items()]
-            return [future.result() for future in made]
+            for future in [pool.submit(_fuzzed, n, c, seed, place, 0) for n, c in counts.items()]:
+                yield future.result()
+
+
+def _told(tally: Tally) -> str:
+    """A line on a reader, and one on each kind of failure."""
+    kinds = ", ".join(f"{n} {kind}" for kind, n in tally.outcomes.most_common())
+    lines = [f"{tally.reader:14} {tally.mutants:6} mutants {tally.seconds:6.1f} s   {kinds}"]
+    for detail, numbers in sorted(tally.failures.items(), key=lambda found: -len(found[1])):
+        lines.append(f"    {len(numbers):4} x {detail}   {tally.reader}:{numbers[0]}")
+    return "\n".join(lines)
 
 
 def again(what: str, seed: int) -> int:
@@ -94,18 +106,15 @@ def main() -> int:
     unknown = [name for name in asked.reader if name not in READERS]
     if unknown:
         parser.error(f"no reader '{unknown[0]}'; there are: {', '.join(READERS)}")
-    tallies = run(asked.mutants, asked.seed, asked.reader or list(READERS), asked.jobs)
+    tallies = []
+    for tally in run(asked.mutants, asked.seed, asked.reader or list(READERS), asked.jobs):
+        tallies.append(tally)
+        if not asked.json:
+            print(_told(tally), flush=True)
     failed, made = sum(t.failed for t in tallies), sum(t.mutants for t in tallies)
     if asked.json:
-        print(
-            json.dumps({"mutants": made, "failed": failed, "readers": [vars(t) for t in tallies]})
-        )
+        print(json.dumps({"mutants": made, "failed": failed, "readers": list(map(vars, tallies))}))
     else:
-        for tally in tallies:
-            told = ", ".join(f"{n} {kind}" for kind, n in tally.outcomes.most_common())
-            print(f"{tally.reader:14} {tally.mutants:6} mutants {tally.seconds:6.1f} s   {told}")
-            for detail, numbers in sorted(tally.failures.items(), key=lambda f: -len(f[1])):
-                print(f"    {len(numbers):4} x {detail}   {tally.reader}:{numbers[0]}")
         print(f"{made} mutants, {failed} failed")
     return 1 if failed else 0
 
