@@ -15,6 +15,7 @@ from bodyschema.errors import BodyschemaError, InputError
 if TYPE_CHECKING:
     from bodyschema.answers.answer import Answer
     from bodyschema.cli.recall import Recalled
+    from bodyschema.view.postures import Recorded
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,7 @@ class View:
                 recalled.senses,
                 recalled.visuals,
                 recalled.notes,
+                None if any(map(len, recalled.senses)) else _recorded(answer),
             )
         )
         if self.html is None:
@@ -108,6 +110,24 @@ class View:
             except KeyboardInterrupt:
                 print()
         return 0
+
+
+def _recorded(answer: Answer) -> Recorded | None:
+    """The joints' readings of a run whose main sense is pictures or forces; None without."""
+    import numpy as np
+
+    from bodyschema.cli.reading.recorded_senses import read_recordings
+    from bodyschema.cli.run_file import run_from_record
+    from bodyschema.view.postures import Recorded
+
+    try:
+        opened = read_recordings(run_from_record(answer.run), answer.body)
+    except BodyschemaError:
+        return None
+    for moments in opened.values():
+        if len(moments) and answer.body.joints:
+            return Recorded.even(moments.q, moments.first + np.arange(len(moments)))
+    return None
 
 
 def _packages(given: tuple[str, ...]) -> dict[str, str]:

@@ -91,6 +91,7 @@ def _document(scene: Scene) -> dict[str, Any]:
                 "axes": _packed(e.axes),
             }
             for e in scene.ellipsoids
+            if e.kind == "load" or e.widest < scene.size
         ],
         "forces": [
             {"name": f.name, "start": _packed(f.start), "vector": _packed(f.vector)}

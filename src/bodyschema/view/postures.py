@@ -46,7 +46,16 @@ class Recorded:
             return cls(np.clip(0.0, low, high)[None], np.array([-1]))
         q = np.concatenate([sense.q for sense in senses])
         good = ~np.isin(rows, list(outliers))
-        rows, q = (rows[good], q[good]) if good.any() else (rows, q)
+        return cls.even(q[good], rows[good]) if good.any() else cls.even(q, rows)
+
+    @classmethod
+    def even(cls, q: Array, rows: Ints) -> Recorded:
+        """Evenly spaced ones of many, each row once.
+
+        Args:
+            q: (n, n_joints), at least one.
+            rows: (n,).
+        """
         single, first = np.unique(rows, return_index=True)
         kept = np.unique(np.linspace(0, len(single) - 1, min(MOST, len(single))).astype(int))
         return cls(q[first[kept]], single[kept])

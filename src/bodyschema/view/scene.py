@@ -99,7 +99,7 @@ class Scene:
         """Sentences on places that are hardly told."""
         return tuple(
             f"{e.name}: known to no better than ± {significant(1e3 * e.widest, 2)} mm in its worst "
-            "direction, which is drawn true to scale."
+            f"direction; {'drawn true to scale' if e.widest < self.size else 'too much to draw'}."
             for e in self.ellipsoids
             if e.kind == "uncertainty" and self.is_wide(e)
         )
@@ -134,6 +134,7 @@ def scene_of(
     senses: Sequence[Sense] = (),
     visuals: Sequence[Visual] = (),
     notes: Sequence[str] = (),
+    recorded: Recorded | None = None,
 ) -> Scene:
     """What there is to draw of an answer.
 
@@ -143,9 +144,10 @@ def scene_of(
         senses: what was seen; empty where the recording is gone.
         visuals: shapes of the robot description.
         notes: sentences on what is not at hand.
+        recorded: postures; those of the senses when None.
     """
     c, body = calibration, calibration.body
-    recorded = Recorded.by(senses, body, c.outliers)
+    recorded = recorded or Recorded.by(senses, body, c.outliers)
     placed = estimated_frames(c.estimate.variables)
     asked, seen = places(c), looked_at(senses, body.frames)
     pairs = list(dict.fromkeys([*((place.parent, place.frame) for place in asked), *seen]))
@@ -181,7 +183,7 @@ def scene_of(
 
 
 def _untold(asked: Sequence[FramePlace]) -> list[str]:
-    return [f"{p.frame} in {p.parent} is not determined: {p.untold}" for p in asked if p.untold]
+    return [f"{p.frame} in {p.parent} is not determined: {p.untold}." for p in asked if p.untold]
 
 
 def _placed(place: FramePlace) -> Placed:

@@ -17,7 +17,7 @@ import pytest
 
 import bodyschema as bs
 from bodyschema import Body, lie
-from bodyschema.cli import run
+from bodyschema.cli import recall, run
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.sources.tables import write_table
@@ -105,6 +105,17 @@ def test_a_result_whose_recording_is_gone(result: Path, tmp_path: Path) -> None:
     scene = scene_of(tmp_path / "view.html")
     assert scene["marks"] == []
     assert any("not at hand" in note for note in scene["notes"])
+
+
+def test_postures_of_a_run_without_senses(
+    result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pictures and forces are no senses that are read again; the joints are."""
+    monkeypatch.setattr(recall, "recall", lambda *_: recall.Recalled((), (), ()))
+    assert run(["view", str(result), "--html", str(tmp_path / "view.html")]) == 0
+    scene = scene_of(tmp_path / "view.html")
+    assert scene["rows"] == list(range(25))
+    assert not any("not at hand" in note for note in scene["notes"])
 
 
 def test_hand_and_eye_without_a_robot(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from typing import Any
 
@@ -54,8 +55,6 @@ def test_names_are_text(page: str) -> None:
 
 
 def test_a_title_is_text(seen: Any) -> None:
-    from dataclasses import replace
-
     page = page_html(replace(seen.scene(), title="<b>@scene@</b>", explanation="@script@ & <i>"))
     assert "<b>" not in page
     assert "<i>" not in page
@@ -89,6 +88,16 @@ def test_numbers_survive(page: str, seen: Any) -> None:
     faces = np.frombuffer(base64.b64decode(there["shapes"][0]["faces"]), "<u4")
     np.testing.assert_array_equal(faces.reshape(-1, 3), scene.shapes[0].faces)
     assert there["shift"]["mm"] == pytest.approx(1e3 * scene.moving.shift[0], abs=1e-3)
+
+
+def test_what_is_wider_than_the_robot_is_said_and_not_drawn(seen: Any) -> None:
+    scene = seen.scene()
+    first = scene.ellipsoids[0]
+    huge = replace(first, axes=first.axes * 100 * scene.size / first.widest)
+    page = page_html(replace(scene, ellipsoids=(huge, *scene.ellipsoids[1:])))
+    there = scene_in(page)
+    assert len(there["ellipsoids"]) == len(scene.ellipsoids) - 1
+    assert "too much to draw" in there["notes"][0]
 
 
 def test_the_same_bytes_again(page: str, seen: Any) -> None:

@@ -24,7 +24,7 @@ def test_everything_that_was_found(seen: Any) -> None:
     assert placed.place == ", ".join(f"{1e3 * v:.2f}" for v in place.T[:3, 3])
     # The zero of the first joint turns the whole arm before the camera, so the base is not told.
     assert float(placed.error) == pytest.approx(1e3 * place.position_95, rel=0.05)
-    assert scene.notes == (f"{place.frame} in base is not determined: {place.untold}",)
+    assert scene.notes == (f"{place.frame} in base is not determined: {place.untold}.",)
     assert any(place.frame in sentence for sentence in scene.unsure)
 
 
