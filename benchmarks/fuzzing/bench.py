@@ -29,8 +29,8 @@ from bodyschema.errors import InputError, MissingExtraError
 from fuzzing.mutations import MUTATIONS
 from fuzzing.readers import READERS, Reader
 
-LIMIT = 10.0
-"""s for one mutant."""
+LIMIT, PATIENCE = 10.0, 60.0
+"""s of computing for one mutant, and s on the clock, for one that waits or a busy machine."""
 
 MEMORY = 3 << 30
 """Bytes of addresses beyond those of the process that is forked."""
@@ -109,7 +109,7 @@ def _work(
     number = first
     try:
         while True:
-            if not mine.poll(LIMIT):
+            if not _heard(mine, process.pid):
                 process.kill()
                 process.join()
                 yield number, "hang", f"no end within {LIMIT:.0f} s"
@@ -126,6 +126,26 @@ def _work(
     finally:
         mine.close()
         process.join()
+
+
+def _heard(pipe: Connection, pid: int) -> bool:
+    """Whether a worker says something before its time is over."""
+    begin = _computed(pid)
+    for _ in range(int(PATIENCE / LIMIT)):
+        if pipe.poll(LIMIT):
+            return True
+        if _computed(pid) - begin > LIMIT:
+            return False
+    return False
+
+
+def _computed(pid: int) -> float:
+    """s that a process has computed; 0 for one that has ended."""
+    try:
+        words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _ended(code: int) -> str:
