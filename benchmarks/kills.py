@@ -1,6 +1,6 @@
 """Does an earlier result survive a kill at any instant, and is nothing else ever touched?
 
-    python benchmarks/kills.py [--random N] [--targeted N | --every] [--seed N] [--json]
+    python benchmarks/kills.py [--random N] [--targeted N | --every] [--scene WORD] [--seed N]
 
 A process writes a result over an earlier one, between other people's files, and is killed: at a
 random time, or just before or after one of its calls to the system (--every: each of them).
@@ -31,7 +31,9 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import partial
+from io import FileIO, IOBase
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,8 +41,11 @@ import numpy as np
 from bodyschema.atomic.swap import swapped
 from killed_writers import NEW, OLD, PART, SCENES, Scene
 
-SYSTEM = ("posix", "fcntl", "_io", "io")
-"""Modules whose functions change something on the disk, or may."""
+SYSTEM = {
+    *("open", "close", "fsync", "mkdir", "rename", "replace", "link", "unlink", "remove"),
+    *("rmdir", "chmod", "truncate", "ftruncate", "flock", "flush", "__exit__"),
+}
+"""Functions of the system, and of open files, that change something on the disk."""
 
 FAILED = 3
 """Exit code of a writer that did not end well."""
@@ -92,9 +97,10 @@ def stepped(work: Callable[[], object], act: Callable[[int], object]) -> None:
 
     def profile(frame: Any, event: str, what: Any) -> None:
         nonlocal count
-        modules = (getattr(what, "__module__", ""), type(getattr(what, "__self__", 0)).__module__)
-        called = event.startswith("c_") and any(module in SYSTEM for module in modules)
-        if called or frame.f_code is swapped.__code__:
+        on = getattr(what, "__self__", None)
+        known = isinstance(on, ModuleType | IOBase) and what.__name__ in SYSTEM
+        call = event.startswith("c_") and (known or isinstance(on, FileIO))
+        if call or frame.f_code is swapped.__code__:
             count += 1
             act(count)
 
@@ -202,7 +208,7 @@ def killed(scene: Scene, step: int | None, after: float, folder: Path) -> Kill:
     return Kill(scene.name, at, found, "; ".join(wrong))
 
 
-def kills(random: int, targeted: int, every: bool, seed: int) -> Iterator[Kill]:
+def kills(random: int, targeted: int, every: bool, seed: int, only: str = "") -> Iterator[Kill]:
     """Kill writers of all scenes in turn.
 
     Args:
@@ -210,18 +216,20 @@ def kills(random: int, targeted: int, every: bool, seed: int) -> Iterator[Kill]:
         targeted: kills at random steps.
         every: at every step instead.
         seed: of times and steps.
+        only: scenes whose name has this word.
     """
+    scenes = [scene for scene in SCENES if only in scene.name]
     rng = np.random.default_rng(seed)
-    seconds = {scene: undisturbed(scene) for scene in SCENES}
-    steps = {scene: steps_of(scene) for scene in SCENES}
+    seconds = {scene: undisturbed(scene) for scene in scenes}
+    steps = {scene: steps_of(scene) for scene in scenes}
     asked: list[tuple[Scene, int | None, float]] = []
     for n in range(random):
-        scene = SCENES[n % len(SCENES)]
+        scene = scenes[n % len(scenes)]
         asked.append((scene, None, rng.uniform(0, 1.05 * seconds[scene])))
     if every:
-        asked += [(scene, k + 1, 0.0) for scene in SCENES for k in range(steps[scene])]
+        asked += [(scene, k + 1, 0.0) for scene in scenes for k in range(steps[scene])]
     else:
-        chosen = [SCENES[n % len(SCENES)] for n in range(targeted)]
+        chosen = [scenes[n % len(scenes)] for n in range(targeted)]
         asked += [(scene, int(rng.integers(steps[scene])) + 1, 0.0) for scene in chosen]
     for n, (scene, step, after) in enumerate(asked):
         with tempfile.TemporaryDirectory() as name:
@@ -234,12 +242,14 @@ def main() -> None:
     parser.add_argument("--random", type=int, default=300, help="kills at random times")
     parser.add_argument("--targeted", type=int, default=20, help="kills at random steps")
     parser.add_argument("--every", action="store_true", help="kills at every step instead")
+    parser.add_argument("--scene", default="", help="only those whose name has this word")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output")
     options = parser.parse_args()
     begin = os.times()
     found = []
-    for kill in kills(options.random, options.targeted, options.every, options.seed):
+    asked = (options.random, options.targeted, options.every, options.seed, options.scene)
+    for kill in kills(*asked):
         found.append(kill)
         if not kill.held:
             print(
