@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -85,3 +86,32 @@ def test_what_solves_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
         bs.Solver().fit(body, bs.free_joints(body, ["offsets"]), [points])
     assert seen == [{1}]
     assert threads() == {2}
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        bs.calibrate,
+        bs.learn_hand_eye,
+        bs.learn_payload,
+        bs.learn_skeleton,
+        bs.find_touches,
+        bs.plan_poses,
+        bs.check_stream,
+        bs.detect_change,
+        bs.solve_hand_eye,
+        bs.fit_payload,
+        bs.Solver.fit,
+        bs.Problem.fit,
+    ],
+    ids=lambda entry: entry.__qualname__,
+)
+def test_every_way_in_is_limited(
+    entry: Callable[..., object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entered: list[bool] = []
+    monkeypatch.setattr(OneThread, "__enter__", lambda _: entered.append(True))
+    monkeypatch.setattr(OneThread, "__exit__", lambda *_: None)
+    with pytest.raises(TypeError):
+        entry()  # nothing given: the limit stands before the arguments
+    assert entered == [True]
