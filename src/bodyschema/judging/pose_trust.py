@@ -22,17 +22,10 @@ from bodyschema.learners.hand_eye.pair_bars import Linear
 from bodyschema.senses.poses import Poses
 from bodyschema.trust.alike import outliers_alike, two_heaps
 from bodyschema.trust.halves import halves
+from bodyschema.trust.reasons import FAR, MOST_OF_IT, WIDENED
 from bodyschema.trust.rival import Weighed, weigh
 from bodyschema.trust.trust import Trust
-from bodyschema.trust.weighing import (
-    ALIKE,
-    COLOURED,
-    FAR,
-    MOST_OF_IT,
-    RIVAL,
-    SPLIT,
-    WIDENED,
-)  # fmt: skip
+from bodyschema.trust.weighing import ALIKE, COLOURED, RIVAL, SPLIT
 from bodyschema.trust.whiteness import whiteness
 from bodyschema.units import shown
 

@@ -67,6 +67,15 @@ class Effects:
         group = f"frame:{frame}"
         return np.array([i for i, g in enumerate(self.free.groups) if g == group], dtype=np.int64)
 
+    def of_sense(self, i: int, part: slice, effect: Array) -> Array:
+        """An effect (n, d, k) on one component of one sense, as whitened rows (N, k)."""
+        effects = [
+            np.zeros((len(sense), len(sense.covariance), effect.shape[2]))
+            for sense in self.scores.senses
+        ]
+        effects[i][:, part] = effect
+        return self.scores.whitened(effects)
+
     @cached_property
     def at_targets(self) -> tuple[tuple[Array, Array], ...]:
         """What joints (n, 3, n_joints) and frames (n, 3, len(free)) do to each target's place."""

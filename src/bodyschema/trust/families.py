@@ -200,20 +200,11 @@ def _seen(e: Effects) -> Iterator[list[Rival]]:
         ones = np.eye(3)
         squares = np.stack([u[:, a] * u[:, b] for a in range(3) for b in range(a, 3)], axis=1)
         scale = [Rival("scale", f"lengths of {sense.label} are {{}} too long", "1",
-                       _at(e, i, part, p[:, :, None]))]  # fmt: skip
+                       e.of_sense(i, part, p[:, :, None]))]  # fmt: skip
         curved = np.einsum("nm,dk->ndmk", squares, ones).reshape(len(sense), 3, -1)
         says = f"{sense.label} errs with where it is seen, as a lens or a tracker does"
         yield scale
-        yield [Rival("field", says, "", _at(e, i, part, curved))]
-
-
-def _at(e: Effects, i: int, part: slice, effect: Array) -> Array:
-    """An effect (n, 3, k) on one component of one sense, as whitened rows."""
-    effects = [
-        np.zeros((len(sense), len(sense.covariance), effect.shape[2])) for sense in e.scores.senses
-    ]
-    effects[i][:, part] = effect
-    return e.scores.whitened(effects)
+        yield [Rival("field", says, "", e.of_sense(i, part, curved))]
 
 
 def _follows(e: Effects, j: int, family: str, says: str, unit: str, law: object) -> Rival:

@@ -12,7 +12,7 @@ taken here (z with it) and remembered.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -72,6 +72,13 @@ class Scores:
             _in_order(senses, estimate),
         )
 
+    def under(self, prior_std: Array) -> Scores:
+        """The same rows, the variables under another prior, (P,)."""
+        variables = self.estimate.variables
+        other = variables.with_prior(prior_std)
+        estimate = replace(self.estimate, variables=other)
+        return replace(self, estimate=estimate, A=self.A * (other.scale / variables.scale))
+
     @cached_property
     def precision(self) -> Array:
         """(P,) diagonal of P."""
@@ -108,14 +115,18 @@ class Scores:
         return float(self.z @ self.z)
 
     @cached_property
-    def freedom(self) -> float:
-        """Numbers seen, each by its weight, less those that the variables have absorbed."""
-        counted = sum(
+    def numbers(self) -> float:
+        """Numbers seen, each by its weight."""
+        return sum(
             float(np.sum(root**2)) * len(sense.covariance)
             for root, sense in zip(self.roots, self.senses, strict=True)
         )
+
+    @cached_property
+    def freedom(self) -> float:
+        """Numbers seen, less those that the variables have absorbed."""
         absorbed = float(np.sum((self.A @ self.root) ** 2))
-        return max(counted - absorbed, 1.0)
+        return max(self.numbers - absorbed, 1.0)
 
     @cached_property
     def n_moments(self) -> int:

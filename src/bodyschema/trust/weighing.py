@@ -1,17 +1,18 @@
 """Weighing: one honest number, and whether to believe the answer, from all that disagrees with it.
 
-Three uncertainties, in metres at the target:
+Uncertainties, in metres at the target:
 
-    core      what noise and too few samples leave open: 95 % of J C J^T, times sqrt(kappa) for what
-              samples have in common (`inflation`); or the difference to the largest model, or to
-              where the samples would take a learner, if that is larger;
+    core      what noise and too few samples leave open of the largest model, whose numbers are as
+              wrong as the rows say that they are (`outlook`, `hierarchy`), times sqrt(kappa) for
+              what samples have in common (`inflation`);
+    possible  the same, with what else may have shaped what was seen (`explanations`);
     rivals    the error if what explains the residuals best is true (`rival`), or half the
               difference of two halves of the recording where that is no chance;
     field     what follows the posture smoothly (`discrepancy`), and what exceeds stated noise.
 
-    total^2 = core^2 + max(rival, halves)^2 + field^2 + excess^2
+    total^2 = max(possible^2, core^2 + max(rival, halves)^2 + field^2 + excess^2)
 
-Where the sum is much more than its first term the answer is limited, and says so with the sum.
+Where that is much more than the core the answer is limited, and says so with the sum.
 Where something happened, or was declared wrong, that makes the robot err by far more than is
 stated, and nothing else explains it as well, the answer is contradicted.
 """
@@ -33,25 +34,15 @@ from bodyschema.trust.alike import outliers_alike, two_heaps
 from bodyschema.trust.effects import Effects
 from bodyschema.trust.families import families
 from bodyschema.trust.halves import halves
-from bodyschema.trust.inflation import inflation
+from bodyschema.trust.outlook import outlook
+from bodyschema.trust.reasons import WIDENED, of_rivals, of_size
 from bodyschema.trust.rival import Weighed, bias, weigh
 from bodyschema.trust.scores import Scores
 from bodyschema.trust.target import Target, length_95, targets
 from bodyschema.trust.trust import Trust
 from bodyschema.trust.whiteness import whiteness
-from bodyschema.units import shown
 
 Array = NDArray[np.float64]
-
-WIDENED = 1.41
-"""Total over core above which an answer is limited: as much again as was stated."""
-
-FAR = 3.0
-"""Error by a rival over core above which the answer is contradicted."""
-
-MOST_OF_IT = 0.5
-"""Share of what the fit leaves over, above which a rival is named whatever it does, and contradicts
-the answer if it widens the error."""
 
 RIVAL = 1e-3 / 12
 """Chance of a rival's gain below which it counts: one in a thousand for about twelve families."""
@@ -64,32 +55,6 @@ COLOURED = 0.0026
 
 SPLIT = 0.0025
 ALIKE = 1e-4
-
-LITTLE = 0.25
-"""Share of what is left over, below which a cause is a perhaps."""
-
-AS_GOOD = 10.0
-"""Log likelihood by which the best cause must beat the next of another kind to be no perhaps."""
-
-EVENTS = ("frame moved", "joint slipped", "lag", "gear", "frame misplaced", "scale")
-"""Causes that can be mended, or told apart by cutting the recording: nobody should take an answer
-that they contradict. With the others (a joint that gives way, a lens) a robot has to live."""
-
-REMEDIES = {
-    "frame moved": "Cut the recording there and calibrate each part alone.",
-    "joint slipped": "Cut the recording there and calibrate each part alone.",
-    "drift": "Fix the mounting, and record anew.",
-    "warming": "Record with a warm robot.",
-    "lag": "Bring both to one clock, or free the lag: a clock in [parts].",
-    "gear": "Free gears too.",
-    "wave": "No number in a URDF describes it.",
-    "sag": "No number in a URDF describes it.",
-    "hysteresis": "Approach each posture from one side, and let it settle.",
-    "frame misplaced": "Say that its place is known roughly, or not at all.",
-    "scale": "Measure the board or target, or free its scale.",
-    "field": "Calibrate the lens or tracker by itself first.",
-}
-"""What to do about a cause."""
 
 LENGTH_95 = 2.8
 """95 % of the length of a vector of three normal numbers, in standard deviations."""
@@ -105,14 +70,12 @@ class Weighing:
     core: float
     """m: noise and what the data left open, as the samples agree with one another."""
     stated: float
-    """m: the same if they were independent."""
+    """m: the same if they were independent, and the model right."""
+    widening: float
+    """Total over what the estimate's own covariance states; 1 where that leaves nothing open.
+    Below 1 where its priors are wider than the robot's numbers prove to be."""
     rivals: tuple[Weighed, ...]
     """That beat chance, best first."""
-
-    @property
-    def widening(self) -> float:
-        """Total over what independent samples would state; 1 where they leave nothing open."""
-        return self.total / self.stated if self.stated > 0 else 1.0
 
     def rather_than(self, family: str) -> str:
         """The best cause in words, if it is another than this one; "" if there is none."""
@@ -150,21 +113,24 @@ def weighed_up(
     wanted = targets(senses, seed, pairs)
     scores = Scores.of(fit, senses)
     larger = scores if fullest is fit else Scores.of(fullest, senses)
-    stated, core = _core(scores, fullest, wanted)
+    seen = outlook(fit, larger, Effects.of(larger, wanted), wanted, seed)
+    own, core = _stated(scores, wanted), seen.core
     rivals = _standing(scores, larger, wanted)
     by_rival = rivals[0].bias if rivals else 0.0
     split, split_words = _split(scores, wanted)
     # What a larger model explains is in the core.
     field, excess = _field(fullest, senses, fields), _excess(fullest)
     total = float(np.sqrt(core**2 + max(by_rival, split) ** 2 + field**2 + excess**2))
+    total = max(total, seen.total)
     trust = Trust()
     if rivals:
-        trust = trust.also(_of_rivals(rivals, core))
+        trust = trust.also(of_rivals(rivals, core))
     if total > WIDENED * core:
-        trust = trust.also(_of_size(core, total, split_words, field, excess))
+        trust = trust.also(of_size(core, total, split_words, field, excess, seen))
     trust = trust.also(_of_colour(scores, larger, seed))
     trust = trust.also(_of_heaps(fit, senses))
-    return Weighing(trust, total, core, stated, tuple(rivals))
+    widening = total / own if own > 0 else 1.0
+    return Weighing(trust, total, core, min(own, core), widening, tuple(rivals))
 
 
 def _standing(scores: Scores, larger: Scores, wanted: Sequence[Target]) -> list[Weighed]:
@@ -192,18 +158,14 @@ def best_of_families(scores: Scores, wanted: Sequence[Target]) -> list[Weighed]:
     return found
 
 
-def _core(scores: Scores, fullest: Estimate, wanted: Sequence[Target]) -> tuple[float, float]:
-    """Stated 95 % of the worst target, and with what samples share and a larger model would say."""
-    fit, pairs = scores.estimate, []
+def _stated(scores: Scores, wanted: Sequence[Target]) -> float:
+    """95 % of the worst target as the estimate has it, m."""
+    fit, found = scores.estimate, []
     for target in wanted:
         J = target.slopes(fit).by_parameter[:, :3] * fit.variables.scale
         rows = J @ scores.root
-        stated = length_quantile(list(rows @ np.swapaxes(rows, 1, 2)), scores.freedom, 0.95)
-        between = 0.0 if fullest is fit else target.between(fit, fullest)
-        # An online learner may not have arrived.
-        ahead = length_95(J @ scores.step)
-        pairs.append((stated, max(stated * np.sqrt(inflation(scores, J)), between, ahead)))
-    return max((s for s, _ in pairs), default=0.0), max((float(c) for _, c in pairs), default=0.0)
+        found.append(length_quantile(list(rows @ np.swapaxes(rows, 1, 2)), scores.freedom, 0.95))
+    return max(found, default=0.0)
 
 
 def _split(scores: Scores, wanted: Sequence[Target]) -> tuple[float, str]:
@@ -239,45 +201,6 @@ def _excess(fit: Estimate) -> float:
     """95 % of what exceeds the noise that was stated of positions, m."""
     sizes = [e for name, e in (fit.model_error or {}).items() if name.endswith("(m)")]
     return LENGTH_95 * max(sizes, default=0.0)
-
-
-def _of_rivals(rivals: Sequence[Weighed], core: float) -> Trust:
-    """What the best rival says, beside its runner-up of another kind."""
-    best = rivals[0]
-    if best.bias < core and best.share < MOST_OF_IT:
-        return Trust()
-    others = [r for r in rivals if r.family != best.family]
-    rivalled = bool(others) and others[0].criterion > best.criterion - AS_GOOD
-    perhaps = rivalled or best.share < LITTLE
-    beside = f"; next best, that {others[0].says}, {100 * others[0].share:.0f} %" if others else ""
-    said = (
-        f"{'Perhaps' if perhaps else 'What was seen says that'} {best.says}: that explains "
-        f"{100 * best.share:.0f} % of what the fit leaves over{beside}. If so, the result errs by "
-        f"{shown(best.bias, 'm')} where noise alone would leave {shown(core, 'm')}. "
-        f"{REMEDIES[best.family]}"
-    )
-    far = best.bias > (WIDENED if best.share > MOST_OF_IT else FAR) * core
-    against = far and not perhaps and best.family in EVENTS
-    return Trust("contradicted" if against else "limited", (said,))
-
-
-def _of_size(core: float, total: float, split: str, field: float, excess: float) -> Trust:
-    """Why the number is wider than noise alone would make it."""
-    parts = []
-    if split:
-        parts.append(f"{split} disagree")
-    if field > core:
-        parts.append(f"{shown(field, 'm')} follow the posture smoothly")
-    if excess > core:
-        parts.append(f"{shown(excess, 'm')} exceed the noise that was stated")
-    why = f" ({'; '.join(parts)})" if parts else ""
-    return Trust(
-        "limited",
-        (
-            f"Count on {shown(total, 'm')} (95 %), not on the {shown(core, 'm')} that noise "
-            f"alone would leave: the data do not agree with the model to that degree{why}.",
-        ),
-    )
 
 
 def _of_colour(scores: Scores, larger: Scores, seed: int) -> Trust:
