@@ -15,7 +15,7 @@ from bodyschema.senses.sense import Sense
 from bodyschema.view.scene import Scene, scene_of
 from simulated import points, poses, postures
 
-NASTY = "</script><img onerror=alert(1)>"
+NASTY = "</script ><img onerror=alert(1)>"
 """A joint's and a frame's name that would run, if it ever were markup."""
 
 

@@ -51,7 +51,7 @@ def test_names_are_text(page: str) -> None:
     tags = Tags(page).tags
     assert "img" not in tags
     assert tags.count("script") == 2
-    assert "</script><img onerror=alert(1)>" in scene_in(page)["frames"]
+    assert "</script ><img onerror=alert(1)>" in scene_in(page)["frames"]
 
 
 def test_a_title_is_text(seen: Any) -> None:
