@@ -43,6 +43,10 @@ Flags = NDArray[np.bool_]
 SURE = 1e-4
 """Chance below which what a rival explains is no chance."""
 
+WORTH = 0.05
+"""Chance of the likeliest cause below which the load is fitted under a tilt: seen from the fit as
+declared, a large one is less sure than it is."""
+
 CLEARLY = 6.0
 """Gain by which a cause beats its rivals: odds of twenty."""
 
@@ -164,26 +168,26 @@ def _looked_at(fit: PayloadFit, learner: LoadLearner, R_world: Array | None) -> 
     rows = everything.take(everything.counts)
     here = [rival.take(everything.counts) for rival in rivals]
     noise = noise_beside(here, rows)
-    found, leant = weighed(here, rows.told_in(noise)), None
-    if R_world is not None and found and found[0].p_value < SURE:
-        tilt = _leaning(lean(fit, learner, R_world), learner, everything.counts, rows, noise)
-        if tilt is not None:
-            one, leant = tilt
-            found = [one, *(other for other in found if other.family != "tilt")]
-            found.sort(key=lambda one: -one.gain)
-    return _Look(rows, found, here, rivals, noise, leant)
+    look = _Look(rows, weighed(here, rows.told_in(noise)), here, rivals, noise, None)
+    if R_world is None or min((one.p_value for one in look.found), default=1.0) > WORTH:
+        return look
+    leant = lean(fit, learner, R_world)
+    return look if leant is None else _leaning(look, leant, learner, everything.counts)
 
 
-def _leaning(
-    leant: Lean | None, learner: LoadLearner, counts: Flags, rows: WrenchRows, noise: Array
-) -> tuple[WeighedRival, WrenchRows] | None:
-    """The tilt that a load fitted under it speaks for, and the rows under it."""
-    if leant is None:
-        return None
+def _leaning(look: _Look, leant: Lean, learner: LoadLearner, counts: Flags) -> _Look:
+    """The same with the tilt that a load fitted under it speaks for."""
+    # On few means the levels of a fit without a tilt take it for noise.
+    noise = np.minimum(look.noise, np.sqrt(leant.fit.solution.levels.variance))
+    rows = look.rows.told_in(noise)
     everything, rival = leant.rows(learner)
-    there, rival = everything.take(counts).told_in(noise), rival.take(counts)
-    one = weighed_anew(rival, leant.gamma, there, rows.told_in(noise))
-    return None if one is None else (one, freed(there, one))
+    there = everything.take(counts).told_in(noise)
+    one = weighed_anew(rival.take(counts), leant.gamma, there, rows)
+    if one is None:
+        return look
+    others = (other for other in weighed(look.here, rows) if other.family != "tilt")
+    found = sorted([one, *others], key=lambda one: -one.gain)
+    return look._replace(found=found, noise=noise, leant=freed(there, one))
 
 
 def foretold(rows: WrenchRows) -> Array:

@@ -45,7 +45,8 @@ def test_slopes_of_the_way_down() -> None:
 
     def wrench(gamma: np.ndarray) -> np.ndarray:
         a_g = -GRAVITY * np.einsum("nji,j->ni", R, way_down(gamma))
-        return np.einsum("nij,nj->ni", load_regressor(a_g, still, still), rows.carried)
+        Y = load_regressor(a_g, still, still)
+        return np.asarray(np.einsum("nij,nj->ni", Y, rows.carried))
 
     found = tilts(rows, R, gamma)
     for k, d in enumerate(h * np.eye(2)):
@@ -59,7 +60,7 @@ def test_a_base_that_leans_is_found_by_the_wrench(degrees: float) -> None:
     found = lean(fit, LEARNER, R)
     assert found is not None
     off = way_down(found.gamma) @ way_down(np.array([np.tan(np.radians(degrees)), 0.0]))
-    assert np.degrees(np.arccos(min(off, 1.0))) < 1.0
+    assert np.degrees(np.arccos(min(float(off), 1.0))) < 1.0
     assert found.fit.loads["load"].mass == pytest.approx(BOX.mass, rel=0.01)
     left = np.concatenate(
         [found.fit.residuals(0)[:, :3] / 0.1, found.fit.residuals(0)[:, 3:] / 5e-3]
@@ -77,6 +78,17 @@ def test_it_beats_its_rivals(degrees: float, seed: int) -> None:
     assert made[0].family == "tilt"
     assert np.degrees(np.arctan(np.linalg.norm(made[0].gamma))) == pytest.approx(degrees, abs=1.5)
     assert doubt(fit, LEARNER, R).left[0].family == "tilt"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_seven_postures_tell_it(seed: int) -> None:
+    """In the levels of the fit as declared it is noise."""
+    fit, R = leaning(10.0, seed, n=7)
+    made = repair(fit, LEARNER, R, ("tilt",))
+    assert made is not None
+    assert made[0].p_value < 1e-6
+    level, far = leaning(0.0, seed, n=7)
+    assert repair(level, LEARNER, far, ("tilt",)) is None
 
 
 @pytest.mark.parametrize("degrees", [66.0, 80.0])
