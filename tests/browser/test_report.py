@@ -12,6 +12,7 @@ import pytest
 
 from bodyschema import Body, calibrate, lie
 from bodyschema.report.report import report_html
+from bodyschema.units import shown
 from browser.chromium import opened, title_of
 from simulated import points, postures
 
@@ -29,7 +30,7 @@ const answer = {
   number: document.querySelector("#number .big").innerText,
   explanation: document.querySelector("#explanation").innerText,
   headings: [...document.querySelectorAll("h2")].map(e => e.innerText),
-  variables: document.querySelectorAll("#parameter-table tr.parameter").length,
+  variables: document.querySelectorAll("tr.parameter").length,
   pictures: [...document.querySelectorAll("svg")].map(e => e.getBoundingClientRect().width),
   texts: [...document.querySelectorAll("svg text")].map(e => e.textContent),
   fetched: performance.getEntriesByType("resource").map(e => e.name),
@@ -73,7 +74,7 @@ def asked(chromium: str, folder: Path, text: str, width: int, *flags: str) -> di
 def test_what_it_shows(chromium: str, case: Any, tmp_path: Path, width: int) -> None:
     calibration, text = case
     answer = asked(chromium, tmp_path, text, width)
-    assert answer["number"] == f"{1e3 * calibration.held_out.position.rms:.2f} mm"
+    assert answer["number"] == shown(calibration.stated_95, "m")
     assert answer["explanation"] == calibration.explanation
     assert answer["headings"][0] == "Verdict"
     assert len(answer["headings"]) == 11

@@ -16,6 +16,7 @@ import numpy as np
 
 from bodyschema.answers.answer import Answer
 from bodyschema.answers.lookout import Lookout, far_zeros, with_zeros
+from bodyschema.errors import InputError, did_you_mean
 from bodyschema.estimation.problem import Knowledge, Problem, check_problem, moved_joints
 from bodyschema.judging.calibration import Calibration
 from bodyschema.judging.judgement import judged
@@ -24,6 +25,10 @@ from bodyschema.model.limits import with_recorded_limits
 from bodyschema.model.tree import Body
 from bodyschema.senses.sense import Sense
 from bodyschema.threads import one_thread
+from bodyschema.units import listed
+
+KNOWN = ("roughly", "no")
+"""What may be known of a frame that is to be found."""
 
 MODELS: tuple[tuple[str, ...], ...] = (
     (),
@@ -76,6 +81,7 @@ def calibrate(
         InputError: the recording cannot answer the question; see `problem.check_problem`. Or the
             learner cannot learn what is to be freed.
     """
+    _check_asked(body, senses, frames or {})
     if senses:
         body = with_recorded_limits(body, np.concatenate([sense.q for sense in senses]))
     free = {name: None if some is None else tuple(some) for name, some in (parts or {}).items()}
@@ -103,6 +109,25 @@ def calibrate(
     told = (*found.findings, *far_zeros(found))
     answer = Answer.of(found, problem.senses, nominal, run, learner=learner, findings=told)
     return answer.believed(look.trust(found, problem.senses))
+
+
+def _check_asked(body: Body, senses: Sequence[Sense], frames: Mapping[str, str]) -> None:
+    """Refuse knowledge that is none, and readings of another number of joints.
+
+    Raises:
+        InputError: in one sentence.
+    """
+    for frame, known in frames.items():
+        if known not in KNOWN:
+            hint = did_you_mean(str(known).lower(), KNOWN)
+            raise InputError(f"frame '{frame}' cannot be known {known!r}{hint}")
+    for sense in senses:
+        if sense.q.ndim != 2 or sense.q.shape[1] != len(body.joints):
+            raise InputError(
+                f"{sense.label}: joint readings have the shape {sense.q.shape}, and "
+                f"{body.name} has {len(body.joints)} joints ({listed(body.joints, 8)}); give a "
+                "column for each, in that order."
+            )
 
 
 def _with_kept(problem: Problem, model: tuple[str, ...]) -> Problem:

@@ -67,6 +67,7 @@ def print_plan(console: Console, plan: Plan, body: Body, order: Ints, notes: Seq
     )
     console.print(_directions(plan) + "\n", highlight=False)
     console.print(_table(plan, body, order, console.width))
+    console.print(_columns(plan.joints), highlight=False)
     for note in notes:
         console.print(f"  - {escape(shown(note))}", highlight=False)
 
@@ -106,6 +107,12 @@ def _table(plan: Plan, body: Body, order: Ints, width: int) -> Table:
         first = [str(i), str(row[i - 1])] if i else ["now", ""]
         table.add_row(*first, *cells, f"{1e3 * error:.2f}", *([str(rank)] if opens else []))
     return table
+
+
+def _columns(joints: Sequence[str]) -> str:
+    """The columns of the file by name and number: the table may have their numbers alone."""
+    named = ", ".join(f"{i} {escape(shown(joint))}" for i, joint in enumerate(joints, start=1))
+    return f"Columns: {named}."
 
 
 def _short(names: Sequence[str]) -> list[str]:

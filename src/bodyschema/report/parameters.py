@@ -11,6 +11,8 @@ from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
 from bodyschema.export.load_entry import load_entries
 from bodyschema.judging.places import OPEN, PREFIX
+from bodyschema.judging.settled import Settled, settled
+from bodyschema.model.variables import GROUPS
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import listed, read_as, signed, significant, with_error
@@ -61,12 +63,14 @@ class ParameterTable:
         calibration = self.evidence.calibration
         loads = calibration.details.get("loads") or load_entries(calibration.estimate)
         held = calibration.details.get("held", ONE_OF_MANY)
-        return parameter_html(calibration.estimate, calibration.identifiability, loads, held)
+        kept = settled(calibration)
+        return parameter_html(calibration.estimate, calibration.identifiability, kept, loads, held)
 
 
 def parameter_html(
     estimate: Estimate,
     known: Identifiability,
+    kept: Settled,
     loads: Sequence[Mapping[str, Any]],
     held: str,
 ) -> str:
@@ -75,25 +79,39 @@ def parameter_html(
     Args:
         estimate: what was learned.
         known: what the data determine of it.
+        kept: what of it is written; the others are folded.
         loads: in place of their roots, see `load_entry`.
         held: what the files have of the rest.
     """
     groups = estimate.variables.groups
     order = sorted(range(len(groups)), key=lambda i: list(dict.fromkeys(groups)).index(groups[i]))
-    parts = [
-        (_heading(group), [_row(estimate, known, i) for i in members])
-        for group, members in groupby(order, key=lambda i: groups[i])
-        if not group.startswith(ROOTS)
-    ]
+
+    def rows(changed: bool) -> list[tuple[str, list[Row]]]:
+        chosen = [i for i in order if bool(kept.changed[i]) == changed]
+        return [
+            (_heading(group), [_row(estimate, known, kept, i) for i in members])
+            for group, members in groupby(chosen, key=lambda i: groups[i])
+            if not group.startswith(ROOTS)
+        ]
+
+    parts, folded = rows(True), rows(False)
     parts += [(f"Load {entry['name']}", _load_rows(entry)) for entry in loads]
-    return render("parameters.html", parts=parts, clear=f"{CLEAR:g}", held=held)
+    return render(
+        "parameters.html",
+        tables=[table for table in (parts, folded) if table],
+        folded=sum(len(members) for _, members in folded) if parts else 0,
+        clear=f"{CLEAR:g}",
+        held=held,
+    )
 
 
-def _row(estimate: Estimate, known: Identifiability, i: int) -> Row:
-    variables = estimate.variables
+def _row(estimate: Estimate, known: Identifiability, kept: Settled, i: int) -> Row:
+    """A correction as it is written, or of what is not written what the fit has."""
+    variables, joint = estimate.variables, estimate.variables.groups[i] in GROUPS
     scale, unit = read_as(variables.units[i])
-    value, std = float(scale * estimate.x[i]), float(scale * estimate.std[i])
-    share = float(known.open_share[i])
+    x, error = (kept.x, kept.std) if joint and kept.changed[i] else (estimate.x, estimate.std)
+    value, std = float(scale * x[i]), float(scale * error[i])
+    share = 0.0 if joint and kept.changed[i] else float(known.open_share[i])
     determined = share <= OPEN
     texts = with_error(value, std) if determined else (signed(value, 2), "")
     partners = known.partners(variables.names[i])

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from bodyschema.export.static_transforms import place_entries
 from bodyschema.judging.accuracy import in_words, main_in_words
+from bodyschema.report.answer_first import MOST_NAMED, angles, known, position, quaternion
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import listed, shown
@@ -38,6 +42,9 @@ class Verdict:
             level=c.trust.level,
             reasons=c.trust.reasons,
             explanation=c.explanation,
+            places=[_place(entry) for entry in place_entries(c)],
+            stated="" if c.withheld or c.stated_95 is None else shown(c.stated_95, "m"),
+            stated_of=self._stated_of(),
             before=main_in_words(c.nominal) if tested else "",
             what_before=c.before,
             after=main_in_words(c.held_out) if tested else "",
@@ -52,6 +59,14 @@ class Verdict:
             more=max(len(c.identifiability.sentences) - MOST_SENTENCES, 0),
         )
 
+    def _stated_of(self) -> str:
+        """What the large number speaks of."""
+        c = self.evidence.calibration
+        pairs = dict.fromkeys(c.wanted or [(p.seen_from, p.seen) for p in c.predicted])
+        what = " and ".join(f"'{seen}' in '{looks}'" for looks, seen in pairs)
+        what = what if 1 <= len(pairs) <= MOST_NAMED else "what was seen"
+        return f"{what}, over the joint ranges recorded" if c.weighing is not None else what
+
     def _trust(self) -> list[str]:
         """How far off the body itself still is, and whether to believe that."""
         evidence, c = self.evidence, self.evidence.calibration
@@ -65,7 +80,7 @@ class Verdict:
         worst = max(c.predicted, key=lambda p: p.position_overall)
         anywhere = max(p.position_overall for p in c.predicted_anywhere)
         lines = [
-            "The number above holds the noise of what was seen as well. The model itself is "
+            "The held-out error holds the noise of what was seen as well. The model itself is "
             f"predicted to place '{worst.seen}' in '{worst.seen_from}' to within "
             f"{shown(worst.position_overall, 'm', 2)} (95 %) in the postures that were seen, and "
             f"to within {shown(anywhere, 'm', 2)} anywhere in joint space"
@@ -142,3 +157,16 @@ class Verdict:
             "effects cancel in everything that was seen. Single values of the parameters named, "
             "however, mean little."
         )
+
+
+def _place(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """One frame that was asked for, as the page shows it."""
+    return {
+        "name": entry["name"],
+        "position": position(entry),
+        "angles": angles(entry),
+        "quaternion": quaternion(entry),
+        "known": known(entry),
+        "origin": entry.get("origin", ""),
+        "command": entry.get("command", ""),
+    }

@@ -50,7 +50,7 @@ def test_the_folder_says_how_it_was_made(learned, capsys):
     assert record["robot"] == ""
     assert record["learner"] == "batch"
     assert "--skeleton" in (learned / "report.html").read_text()
-    assert run(["report", str(learned)]) == 0
+    assert run(["report", str(learned), "--all"]) == 0
     shown = capsys.readouterr().out
     for words in ("learned", "markers that stand still", "the learned skeleton", "upper_arm"):
         assert words in shown
