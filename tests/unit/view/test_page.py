@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bodyschema.view.page import page_html
+from bodyschema.view.page import page_html, scene_json
 
 pytest.importorskip("trimesh")
 
@@ -44,6 +44,10 @@ class Tags(HTMLParser):
 
 def scene_in(page: str) -> dict[str, Any]:
     return json.loads(Tags(page).scene.split("\n")[0])
+
+
+def test_no_character_of_the_scene_is_markup(seen: Any) -> None:
+    assert not set("<>&") & set(scene_json(seen.scene()))
 
 
 def test_names_are_text(page: str) -> None:
