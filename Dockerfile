@@ -21,11 +21,9 @@ ENV NUMBA_CACHE_DIR=/var/cache/bodyschema \
 RUN install -d -m 1777 "$NUMBA_CACHE_DIR" "$MPLCONFIGDIR"
 
 USER 10001
-WORKDIR /tmp/warm
-RUN bodyschema simulate --out simulated \
-    && bodyschema calibrate simulated/run.toml --out calibrated \
-    && chmod -R a+rwX "$NUMBA_CACHE_DIR" \
-    && rm -rf /tmp/warm/*
+RUN --mount=source=examples,target=/examples \
+    python /examples/01_calibrate_points.py \
+    && find "$NUMBA_CACHE_DIR" -user 10001 -exec chmod a+rwX {} +
 
 WORKDIR /data
 ENTRYPOINT ["bodyschema"]
