@@ -74,7 +74,7 @@ def asked(chromium: str, folder: Path, text: str, width: int, *flags: str) -> di
 def test_what_it_shows(chromium: str, case: Any, tmp_path: Path, width: int) -> None:
     calibration, text = case
     answer = asked(chromium, tmp_path, text, width)
-    assert answer["number"] == shown(calibration.stated_95, "m")
+    assert answer["number"] == shown(calibration.stated_95, "m", 2)
     assert answer["explanation"] == calibration.explanation
     assert answer["headings"][0] == "Verdict"
     assert len(answer["headings"]) == 11

@@ -43,7 +43,7 @@ class Verdict:
             reasons=c.trust.reasons,
             explanation=c.explanation,
             places=[_place(entry) for entry in place_entries(c)],
-            stated="" if c.withheld or c.stated_95 is None else shown(c.stated_95, "m"),
+            stated="" if c.withheld or c.stated_95 is None else shown(c.stated_95, "m", 2),
             stated_of=self._stated_of(),
             before=main_in_words(c.nominal) if tested else "",
             what_before=c.before,

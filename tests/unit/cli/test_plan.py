@@ -11,6 +11,7 @@ import pytest
 
 from bodyschema import Body
 from bodyschema.cli import run
+from bodyschema.cli.plan_answer import _columns
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.sources.tables import open_recording, write_table
@@ -199,3 +200,8 @@ def test_a_run_without_senses(folder: Path, capsys: pytest.CaptureFixture[str]) 
     path.write_text(json.dumps(document | {"senses": []}))
     assert plan(folder) == 2
     assert "does not say what was seen" in capsys.readouterr().err
+
+
+def test_the_columns_are_named_where_the_table_has_numbers() -> None:
+    joints = ("shoulder_pan_joint", "arm [a] joint")
+    assert _columns(joints) == r"Columns: 1 shoulder_pan_joint, 2 arm \[a] joint."

@@ -65,7 +65,7 @@ def test_the_frames_asked_for_come_first_and_the_stated_error_before_the_held_ou
     assert tracker["origin"] in text
     big = re.search(r'<span class="big">([^<]*)', said)
     assert big is not None
-    assert big[1] == shown(case.calibration.stated_95, "m")
+    assert big[1] == shown(case.calibration.stated_95, "m", 2)
     assert said.index("big") < said.index("Held-out error")
     refused = Verdict(
         replace(case, calibration=replace(case.calibration, verdict="refused")).evidence
