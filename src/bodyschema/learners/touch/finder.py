@@ -66,6 +66,9 @@ class Touch:
     """Nm along the force."""
     couple_std: float
     """Nm."""
+    beside: float = 0.0
+    """Chi-square of one degree of freedom: how much worse a point on the surface explains the
+    wrenches than one anywhere."""
 
     @property
     def point(self) -> Array:
@@ -199,6 +202,7 @@ class TouchFinder:
             p_value=float(chdtrc(found.freedom, q)),
             couple=found.pitch * size,
             couple_std=found.pitch_std * size,
+            beside=max(q - found.misfit, 0.0),
         )
 
     def touches(self, unexplained: Unexplained) -> list[Touch]:
