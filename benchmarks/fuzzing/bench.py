@@ -160,6 +160,7 @@ def _worker(name: str, first: int, last: int, seed: int, home: Path, pipe: Conne
         os.dup2(said.fileno(), 2)
     touched = _watch(inside, home / "outside" if reader.confined else None)
     _restrain()
+    os.environ["MPLCONFIGDIR"] = str(inside / "drawing")  # it makes a folder where it is imported
     warnings.simplefilter("ignore")
     for number in range(first, last):
         pipe.send((number, "begin", ""))
