@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shlex
+import sys
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -22,8 +24,8 @@ class Simulate:
     data set.
     """
 
-    scene: Literal["icub", "wrist-camera"] = "icub"
-    """Which robot."""
+    scene: Literal["icub", "wrist-camera"] | None = None
+    """Which robot; the iCub when absent, the other where its extra `sim` is not installed."""
     out: Annotated[Path, tyro.conf.arg(aliases=["-o"])] = Path("simulated")
     """Folder for the robot's URDF, the recording, run.toml and truth.json."""
     form: Literal["csv", "bag", "lerobot"] = "csv"
@@ -47,7 +49,7 @@ class Simulate:
         """Simulate and write; see the module's text."""
         if self.seed < 0:
             raise InputError(f"--seed is {self.seed}; give 0 or more.")
-        words = self._icub() if self.scene == "icub" else self._wrist_camera()
+        words = self._icub() if self._chosen() == "icub" else self._wrist_camera()
         if self.json:
             print(json.dumps({"folder": str(self.out), "run": str(self.out / "run.toml")}))
         else:
@@ -55,6 +57,19 @@ class Simulate:
             run = shlex.quote(str(self.out / "run.toml"))
             print(shown(f"Recorded in {self.out}. Next: bodyschema calibrate {run}"))
         return 0
+
+    def _chosen(self) -> str:
+        """The scene; what needs nothing beyond the core where the simulated iCub is not there."""
+        if self.scene is not None:
+            return self.scene
+        if self.form == "csv" and all(find_spec(name) for name in ("mujoco", "icub_models")):
+            return "icub"
+        if self.form == "csv":
+            print(
+                "The simulated iCub is not installed (extra sim): an arm with a wrist camera.",
+                file=sys.stderr,
+            )
+        return "wrist-camera"
 
     def _icub(self) -> str:
         """Record the iCub; in words what is wrong with it."""

@@ -64,6 +64,16 @@ def test_what_is_no_arm_is_refused(wrong: dict[str, float], said: str) -> None:
         WristCamera(**wrong)  # type: ignore[arg-type]
 
 
+def test_without_the_icub_the_arm_is_recorded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("bodyschema.cli.simulate.find_spec", lambda name: None)
+    assert run(["simulate", "--samples", "4", "--out", str(tmp_path / "x")]) == 0
+    assert "an arm with a wrist camera" in capsys.readouterr().err
+    assert (tmp_path / "x" / "arm.urdf").is_file()
+
+
 def test_the_icub_is_no_bag(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert run(["simulate", "--form", "bag", "--out", str(tmp_path / "x")]) == 2
+    bag = ["simulate", "--scene", "icub", "--form", "bag", "--out", str(tmp_path / "x")]
+    assert run(bag) == 2
     assert "add --scene wrist-camera" in capsys.readouterr().err
