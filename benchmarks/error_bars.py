@@ -1,6 +1,6 @@
 """Is the truth within what is stated, where the robot is not its model?
 
-    python benchmarks/coverage.py [--runs N] [--seed S] [--json]
+    python benchmarks/error_bars.py [--runs N] [--seed S] [--json]
 
 For each kind of recording of `honest.faults` named in KINDS, N robots are calibrated; "covered" is
 the share of 200 fresh postures of each, in the box of those recorded, whose error is below the 95 %
