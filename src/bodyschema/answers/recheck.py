@@ -23,7 +23,8 @@ from bodyschema.learners.images.markerless import Markerless
 from bodyschema.learners.images.settled import PREFIX
 from bodyschema.model.inertia import Inertia
 from bodyschema.model.variables import Variables
-from bodyschema.monitoring.change import ChangeTest, Suspect
+from bodyschema.monitoring.change import ChangeTest
+from bodyschema.monitoring.part_test import Suspect
 from bodyschema.monitoring.stream_check import (
     Change,
     StreamCheck,

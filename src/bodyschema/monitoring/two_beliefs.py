@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from bodyschema.monitoring.change import ChangeTest, Suspect
+from bodyschema.monitoring.change import ChangeTest
+from bodyschema.monitoring.part_test import Suspect
 
 Array = NDArray[np.float64]
 
