@@ -163,7 +163,7 @@ def told(found: dict[str, Any]) -> list[str]:
     kept = found["cache"]
     place = f"{kept['folder']} ({'warm' if kept['warm'] else 'cold: the first call compiles'})"
     none = "no folder can be written: every call compiles; set NUMBA_CACHE_DIR to one that can"
-    libraries = ", ".join(
+    libraries = "; ".join(
         f"{b['library']} {b['version']}, threads {b['threads']}" for b in found["blas"]
     )
     cores = found["cores"]
@@ -172,7 +172,7 @@ def told(found: dict[str, Any]) -> list[str]:
         f"packages    {packages}",
         f"cache       {place if kept['folder'] else none}",
         f"cores       {cores['usable']} of {cores['machine']}",
-        f"BLAS        {'; '.join(libraries) or 'unknown'}",
+        f"BLAS        {libraries or 'unknown'}",
         f"OpenGL      {found['opengl']}",
     ]
     for name, extra in found["extras"].items():

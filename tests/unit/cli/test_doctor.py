@@ -32,6 +32,8 @@ def test_all_is_told_in_json_and_in_words(capsys: pytest.CaptureFixture[str]) ->
     told = capsys.readouterr().out
     assert f"bodyschema {found['bodyschema']}" in told
     assert "[vision]" in told
+    for pool in found["blas"]:
+        assert f"{pool['library']} {pool['version']}, threads {pool['threads']}" in told
 
 
 def test_what_is_missing_or_old_comes_with_its_line(monkeypatch: pytest.MonkeyPatch) -> None:
