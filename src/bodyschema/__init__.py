@@ -81,7 +81,7 @@ if TYPE_CHECKING:
     )
     from bodyschema.monitoring.change import ChangeTest, detect_change
     from bodyschema.monitoring.monitor import Monitor
-    from bodyschema.monitoring.part_test import Suspect
+    from bodyschema.monitoring.moved_part import Suspect
     from bodyschema.monitoring.stream_check import Change, StreamCheck, check_stream
     from bodyschema.report.section import Section
     from bodyschema.senses.distances import Distances
@@ -204,7 +204,7 @@ BUILDING_BLOCKS = {
     "StereoPoints": "learners.hand_eye.stereo_points",
     "StreamCheck": "monitoring.stream_check",
     "Surface": "vision.surface",
-    "Suspect": "monitoring.part_test",
+    "Suspect": "monitoring.moved_part",
     "Tolerance": "estimation.certificate",
     "TouchFinder": "learners.touch.finder",
     "TouchSearch": "learners.touch.search",

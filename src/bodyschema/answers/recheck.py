@@ -24,7 +24,7 @@ from bodyschema.learners.images.settled import PREFIX
 from bodyschema.model.inertia import Inertia
 from bodyschema.model.variables import Variables
 from bodyschema.monitoring.change import ChangeTest
-from bodyschema.monitoring.part_test import Suspect
+from bodyschema.monitoring.moved_part import Suspect
 from bodyschema.monitoring.stream_check import (
     Change,
     StreamCheck,

@@ -7,7 +7,7 @@ import math
 from bodyschema.answers.recheck import Recheck
 from bodyschema.monitoring.blame import EVERYTHING
 from bodyschema.monitoring.change import ChangeTest
-from bodyschema.monitoring.part_test import Suspect
+from bodyschema.monitoring.moved_part import Suspect
 from bodyschema.monitoring.stream_check import UNNAMED, Change, StreamCheck
 
 UNITS = {

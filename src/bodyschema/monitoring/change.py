@@ -40,7 +40,7 @@ from bodyschema.estimation.estimate import Estimate
 from bodyschema.model.kinematics import relative_pose_derivatives
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
-from bodyschema.monitoring.part_test import (
+from bodyschema.monitoring.moved_part import (
     Suspect,
     blocks_of,
     cost_of,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from bodyschema.monitoring.change import ChangeTest
-from bodyschema.monitoring.part_test import Suspect
+from bodyschema.monitoring.moved_part import Suspect
 
 Array = NDArray[np.float64]
 
