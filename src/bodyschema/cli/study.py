@@ -16,7 +16,7 @@ import tyro
 from bodyschema.cli.result import PLAIN
 from bodyschema.errors import InputError, MissingExtraError, did_you_mean
 from bodyschema.studies.registry import PAPERS, STUDIES, study_class
-from bodyschema.studies.study import Result, Study
+from bodyschema.studies.study import Result, Study, source_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -51,7 +51,8 @@ class RunStudy(Generic[AnyStudy]):
     """Processes; one for each core when absent. The answer does not depend on it."""
     out: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
     """Folder, where finished tasks are not done again; studies/PAPER_FIGURE and what differs from
-    the defaults when absent; with --json and no folder nothing is written."""
+    the defaults when absent; with --json and no folder nothing is written. Figures of the same runs
+    share one folder."""
     overwrite: bool = False
     """Begin anew in a folder that holds a study; what it found is dropped at once."""
     json: bool = False
@@ -109,7 +110,7 @@ class RunStudy(Generic[AnyStudy]):
             for entry in fields(self.study)
             if entry.default is MISSING or getattr(self.study, entry.name) != entry.default
         ]
-        return Path("studies") / "_".join([self.study.paper, self.study.figure, *changed])
+        return Path("studies") / "_".join([self.study.paper, source_of(self.study), *changed])
 
     def _work(self, ledger: Ledger | None, messages: Console) -> dict[str, Result]:
         """All tasks, with a bar that says how far they are."""
@@ -134,7 +135,7 @@ class RunStudy(Generic[AnyStudy]):
         results: Mapping[str, Result],
         messages: Console,
     ) -> None:
-        """summary.json and the picture."""
+        """summary.json and the picture; under the figure's own name in another study's folder."""
         from bodyschema.studies.picture import picture_files
 
         files = {"summary.json": (text + "\n").encode()}
@@ -143,6 +144,9 @@ class RunStudy(Generic[AnyStudy]):
             files |= picture_files(name, lambda: self.study.draw(summary, results))
         except MissingExtraError as missing:
             messages.print(str(missing), **PLAIN)
+        if source_of(self.study) != self.study.figure:
+            own = self.study.figure
+            files = {own + Path(name).suffix: content for name, content in files.items()}
         ledger.keep(files)
 
     def _show(self, summary: Mapping[str, Any], console: Console) -> None:

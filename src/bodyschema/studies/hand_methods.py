@@ -2,13 +2,15 @@
 
 A method is built for a surface and a scene. It starts with what the robot believes and the joints
 that may be off; every frame brings the next state and an info. A method joins by one line in
-`METHODS` and its name in the `method` of the studies.
+`METHODS` and its name in the `method` of the studies. Of the filter, the edges that are imagined
+before a cluttered background are a setting: those of the whole hand, as published, or its outline.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +19,12 @@ from numpy.typing import NDArray
 from bodyschema.errors import InputError
 from bodyschema.learners.images.contour_tracker import ContourTracker
 from bodyschema.learners.images.doubts import Doubts
-from bodyschema.learners.published.image_likelihood import EdgeLikelihood, SilhouetteLikelihood
+from bodyschema.learners.published.image_likelihood import (
+    EDGES,
+    EdgeLikelihood,
+    Edges,
+    SilhouetteLikelihood,
+)
 from bodyschema.learners.published.particle_filter import ParticleFilter
 from bodyschema.model.tree import Body
 from bodyschema.senses.images import Images
@@ -67,10 +74,10 @@ class Method:
 
 
 def _particle_filter(
-    surface: Surface, scene: Scene, particles: int, seed: int, doubts: Doubts
+    edges: Edges, surface: Surface, scene: Scene, particles: int, seed: int, doubts: Doubts
 ) -> OffsetLearner:
     """As published: silhouettes before a plain background, edges before a cluttered one."""
-    likelihood = SilhouetteLikelihood() if scene == "plain" else EdgeLikelihood()
+    likelihood = SilhouetteLikelihood() if scene == "plain" else EdgeLikelihood(edges=edges)
     return ParticleFilter(surface, particles=particles, seed=seed, likelihood=likelihood)
 
 
@@ -81,11 +88,29 @@ def _tracker(
     return ContourTracker(surface, seeds=particles, doubts=doubts, seed=seed)
 
 
-METHODS: dict[str, Method] = {
-    "particle-filter": Method(_particle_filter, gated=False),
-    "track": Method(_tracker, gated=True),
+METHODS: dict[str, Callable[[Edges], Method]] = {
+    "particle-filter": lambda edges: Method(partial(_particle_filter, edges), gated=False),
+    "track": lambda edges: Method(_tracker, gated=True),
 }
-"""The methods by name."""
+"""The methods by name, from the edges that the filter imagines."""
+
+SCENES = {
+    "plain": "masks before a plain background, as in section 5.1 of the paper",
+    "cluttered": "edges before a cluttered background, the likelihood of section 5.2 of the paper",
+}
+"""What is compared in each scene."""
+
+PREMISES = {
+    "identical": "within the premises: model and robot differ in the offsets alone",
+    "mismatched": "outside the premises: eyes and meshes of the model are a little wrong too",
+}
+"""What each model asks of a method; the paper's simulation has the first alone."""
+
+
+def premises(scene: Scene, edges: Edges) -> dict[str, str]:
+    """How a study stands to what the paper presumes, in words, for its table and its JSON."""
+    said = f"{SCENES[scene]}, {EDGES[edges]}" if scene == "cluttered" else SCENES[scene]
+    return {"scene": said, **PREMISES}
 
 
 def check_particles(particles: int) -> None:

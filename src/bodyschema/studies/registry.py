@@ -39,6 +39,7 @@ STUDIES: dict[tuple[str, str], str] = {
     ("vicente2016", "figure7"): "vicente2016_table1:Figure7",
     ("vicente2016", "figure8"): "vicente2016_table1:Figure8",
     ("vicente2016", "figure9"): "vicente2016_table2:Figure9",
+    ("vicente2016", "figure10"): "vicente2016_figure10:Figure10",
     ("vicente2016", "figure12"): "vicente2016_figure12:Figure12",
     ("vicente2016", "figure13"): "vicente2016_figure12:Figure13",
 }

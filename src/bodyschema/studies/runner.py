@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import Any
 
 from bodyschema.studies.ledger import Ledger
-from bodyschema.studies.study import Result, Study, Task
+from bodyschema.studies.study import Result, Study, Task, source_of
 from bodyschema.threads import one_thread
 
 Progress = Callable[[int, int], None]
@@ -53,10 +53,13 @@ def run_study(
 
 
 def settings_of(study: Study) -> dict[str, Any]:
-    """What the results of a study depend on, in JSON types: name, settings, version."""
+    """What the results of a study depend on, in JSON types: name, settings, version.
+
+    Of studies that share their runs, the name is that of the one whose runs they are.
+    """
     if not is_dataclass(study):
         raise TypeError(f"{type(study).__name__} is no dataclass.")
-    head = {"paper": study.paper, "figure": study.figure, "version": version("bodyschema")}
+    head = {"paper": study.paper, "figure": source_of(study), "version": version("bodyschema")}
     return dict(json.loads(json.dumps(head | asdict(study))))
 
 

@@ -44,7 +44,11 @@ class Rows:
 
 
 class Study(Protocol):
-    """A published experiment; a frozen dataclass of settings."""
+    """A published experiment; a frozen dataclass of settings.
+
+    Figures that are drawn from the runs of another study of the paper name that in a class variable
+    `source`, and have its settings: their tasks are kept in its folder and done once for all.
+    """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
     paper: ClassVar[str]
@@ -81,3 +85,8 @@ class Study(Protocol):
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
         """The paper's figure, ours beside it."""
         ...
+
+
+def source_of(study: Study) -> str:
+    """The figure in whose folder the tasks of a study are kept; mostly its own."""
+    return str(getattr(study, "source", study.figure))

@@ -12,13 +12,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bodyschema.acting.servoing import Servoing
+from bodyschema.learners.published.image_likelihood import Edges
 from bodyschema.report.figure import AFTER, BEFORE, GREY
 from bodyschema.simulation.seeing_icub import Scene, SeeingIcub
-from bodyschema.studies.hand_methods import METHODS, check_particles
+from bodyschema.studies.hand_methods import METHODS, check_particles, premises
 from bodyschema.studies.hand_summary import band, mean_and_sd, text
-from bodyschema.studies.meeting_hands import APART, BEGINNINGS, ENDS, both_offsets
+from bodyschema.studies.meeting_hands import APART, ARMS, BEGINNINGS, ENDS, both_offsets
 from bodyschema.studies.study import Result, Rows, Task
 from bodyschema.studies.vicente2016_table1 import MODELS
 from bodyschema.studies.watched_hands import MeetingTrace, watch_meeting
@@ -30,6 +32,8 @@ LEARNERS = ("particle-filter", "track")
 COLOURS = {"particle-filter": BEFORE, "track": AFTER}
 SAYS = {"particle-filter": "filter", "track": "tracker"}
 HANDS = ("right", "left")
+RIGHT_GREY, LEFT_GREY = 60, 150
+"""Of the arms' masks in Fig. 13."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class Figure12:
     """Hypotheses, or first guesses, of each arm."""
     scene: Scene = "plain"
     """Before a plain background masks are compared, before a cluttered one the images."""
+    edges: Edges = "hand"
+    """Of the filter before a cluttered background: those of the whole hand, or its outline."""
     frames: int = 120
     """Of the open loop."""
     closed_frames: int = 50
@@ -69,7 +75,7 @@ class Figure12:
 
     def work(self, task: Task) -> Result:
         """The traces of one meeting, with both models."""
-        run, method = task.settings["run"], METHODS[task.settings["method"]]
+        run, method = task.settings["run"], METHODS[task.settings["method"]](self.edges)
         seed = int(np.random.SeedSequence([self.seed, run]).generate_state(1)[0])
         return {
             model: _stored(
@@ -89,7 +95,7 @@ class Figure12:
             for model in MODELS
         }
         head: Result = {"runs": self.runs, "particles": self.particles, "scene": self.scene}
-        head["desired_mm"] = 1e3 * APART
+        head |= {"desired_mm": 1e3 * APART, "premises": premises(self.scene, self.edges)}
         return head | {
             "methods": found["identical"],
             "mismatched": {"methods": found["mismatched"]},
@@ -147,7 +153,8 @@ class Figure12:
         )  # fmt: skip
         return [
             f"{self.runs} meetings, {self.particles} particles (filter as published) or first "
-            f"guesses (tracker) an arm, {self.scene} scene; aim: {1e3 * APART:.0f} mm.",
+            f"guesses (tracker) an arm; aim: {1e3 * APART:.0f} mm; {summary['premises']['scene']}.",
+            *(f"{summary['premises'][model].capitalize()}." for model in MODELS),
             "The paper's figures are of one meeting of the real robot, read off photographs; its "
             "postures and offsets are not published.",
             "Hand to hand: the pose of the right hand in the left one against the desired one.",
@@ -180,9 +187,13 @@ class Figure12:
 
 @dataclass(frozen=True)
 class Figure13(Figure12):
-    """What both eyes see before and after the body schema is adapted; runs of Fig. 12."""
+    """What both eyes see before and after the body schema is adapted; runs of Fig. 12.
+
+    Before a plain background: the masks of both arms, of which they learned.
+    """
 
     figure: ClassVar[str] = "figure13"
+    source: ClassVar[str] = "figure12"
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
         """The first meeting; one row after the open loop, one each after a closed loop."""
@@ -191,14 +202,28 @@ class Figure13(Figure12):
         traces = {method: results[f"run 0, {method}"]["identical"] for method in LEARNERS}
         views = [("before", traces["track"]["q"][0], traces["track"]["gap"][self.frames - 1])]
         views += [(SAYS[m], trace["q"][1], trace["gap"][-1]) for m, trace in traces.items()]
-        robot = SeeingIcub(both_offsets(), "cluttered")
+        robot = SeeingIcub(both_offsets(), self.scene)
         figure = Figure(figsize=(9, 3.5 * len(views)), layout="constrained")
         for panels, (says, q, gap) in zip(figure.subplots(len(views), 2), views, strict=True):
             robot.command(q)
-            for panel, picture, eye in zip(panels, robot.look().pictures, HANDS[::-1], strict=True):
+            for panel, picture, eye in zip(panels, _seen(robot), HANDS[::-1], strict=True):
                 panel.imshow(picture)
                 panel.set(xticks=[], yticks=[], title=f"{says}: {eye} eye, {gap:.0f} mm apart")
         return figure
+
+
+def _seen(robot: SeeingIcub) -> list[NDArray[np.uint8]]:
+    """What the learners see in the left and the right eye, (height, width, 3): images, or the
+    masks of the right and of the left arm in a grey each before white."""
+    views = []
+    for right, left in zip(*(robot.look(arm.links).pictures for arm in ARMS), strict=True):
+        grey = np.full(right.shape[:2], 255, dtype=np.uint8)
+        if right.dtype == np.bool_:
+            grey[right], grey[left] = RIGHT_GREY, LEFT_GREY
+            views.append(np.repeat(grey[..., None], 3, axis=2))
+        else:
+            views.append(np.asarray(right, dtype=np.uint8))
+    return views
 
 
 def _stored(trace: MeetingTrace, end: int) -> Result:

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from bodyschema.acting.servoing import Servoing
+from bodyschema.learners.published.image_likelihood import Edges
 from bodyschema.report.figure import AFTER, BEFORE, GREY
 from bodyschema.simulation.seeing_icub import Scene
-from bodyschema.studies.hand_methods import METHODS, check_particles
+from bodyschema.studies.hand_methods import METHODS, check_particles, premises
 from bodyschema.studies.hand_movements import FINALS, INITIALS
 from bodyschema.studies.hand_summary import band, curves, mean_and_sd, stored, text, within_band
 from bodyschema.studies.study import Result, Rows, Task
@@ -63,6 +64,8 @@ class Table1:
     """Hypotheses."""
     scene: Scene = "plain"
     """Before a plain background masks are compared, before a cluttered one the images."""
+    edges: Edges = "hand"
+    """Of the filter before a cluttered background: those of the whole hand, or its outline."""
     frames: int = 120
     """Of the open loop."""
     closed_frames: int = 50
@@ -79,11 +82,12 @@ class Table1:
         """The traces of one movement."""
         run = task.settings["run"]
         seed = int(np.random.SeedSequence([self.seed, run]).generate_state(1)[0])
+        particles = task.settings.get("particles", self.particles)
         return {
             model: stored(
                 watch(
-                    METHODS[self.method], run % (FINALS * INITIALS), self.scene, model,
-                    self.particles, seed, self.frames, self.closed_frames, Servoing(),
+                    METHODS[self.method](self.edges), run % (FINALS * INITIALS), self.scene, model,
+                    particles, seed, self.frames, self.closed_frames, Servoing(),
                 )
             )
             for model in MODELS
@@ -93,7 +97,7 @@ class Table1:
         """Of the model without a mismatch, and under "mismatched" of the other."""
         found = {model: self._of([r[model] for r in results.values()]) for model in MODELS}
         head: Result = {"method": self.method, "runs": self.runs, "particles": self.particles}
-        head["scene"] = self.scene
+        head |= {"scene": self.scene, "premises": premises(self.scene, self.edges)}
         return head | found["identical"] | {"mismatched": found["mismatched"]}
 
     def _of(self, traces: Sequence[Mapping[str, Any]]) -> Result:
@@ -120,14 +124,17 @@ class Table1:
             for key, says in ROWS.items()
             for i, unit in enumerate(("mm", "deg"))
         ]
-        head = ["mean ± SD over movements", "paper", "ours, same model", "ours, wrong model"]
+        head = ["mean ± SD over movements", "paper", "within premises (same model)",
+                "outside (wrong model)"]  # fmt: skip
         return Rows(head, rows, self._notes(summary))
 
     def _notes(self, summary: Mapping[str, Any]) -> list[str]:
         tracked = self.method == "track"
         weighed = "First guesses still followed" if tracked else "Effective sample size"
         return [
-            f"{self.runs} movements (paper: 120), {self.particles} particles, {self.scene} scene.",
+            f"{self.runs} movements (paper: 120), {self.particles} particles; "
+            f"{summary['premises']['scene']}.",
+            *(f"{summary['premises'][model].capitalize()}." for model in MODELS),
             f"{weighed} over their number: {summary['ess_first']:.3f} in the first ten "
             f"frames, {summary['ess_last']:.3f} in the last ten of the open loop.",
             f"Normalised error squared of the pose at the end of the open loop, mean: "
@@ -188,6 +195,7 @@ class Figure6(Table1):
     """Estimation error during the open loop, with and without adaptation; runs of Table 1."""
 
     figure: ClassVar[str] = "figure6"
+    source: ClassVar[str] = "table1"
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
         """Position and orientation."""
@@ -199,6 +207,7 @@ class Figure7(Table1):
     """Real reaching error during the whole movement; runs of Table 1."""
 
     figure: ClassVar[str] = "figure7"
+    source: ClassVar[str] = "table1"
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
         """Position and orientation."""
@@ -210,6 +219,7 @@ class Figure8(Table1):
     """Real and estimated reaching error during the closed loop; runs of Table 1."""
 
     figure: ClassVar[str] = "figure8"
+    source: ClassVar[str] = "table1"
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
         """Position and orientation."""

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 
 from bodyschema.acting.servoing import Servoing
+from bodyschema.learners.published.image_likelihood import Edges
 from bodyschema.report.figure import AFTER, BEFORE
 from bodyschema.simulation.seeing_icub import Scene
-from bodyschema.studies.hand_methods import METHODS
+from bodyschema.studies.hand_methods import METHODS, premises
 from bodyschema.studies.hand_movements import FINALS, INITIALS
 from bodyschema.studies.hand_summary import mean_and_sd
 from bodyschema.studies.study import Result, Rows, Task
@@ -46,6 +47,8 @@ class Table2:
     """The same seed gives the same results."""
     scene: Scene = "plain"
     """Before a plain background masks are compared, before a cluttered one the images."""
+    edges: Edges = "hand"
+    """Of the filter before a cluttered background: those of the whole hand, or its outline."""
     frames: int = 120
     """Of the open loop."""
     closed_frames: int = 50
@@ -66,8 +69,8 @@ class Table2:
         return {
             model: _end(
                 watch(
-                    METHODS[self.method], run % (FINALS * INITIALS), self.scene, model, m, seed,
-                    self.frames, self.closed_frames, Servoing(),
+                    METHODS[self.method](self.edges), run % (FINALS * INITIALS), self.scene, model,
+                    m, seed, self.frames, self.closed_frames, Servoing(),
                 ),
                 self.frames,
             )
@@ -82,6 +85,7 @@ class Table2:
             "method": self.method,
             "runs": self.runs,
             "scene": self.scene,
+            "premises": premises(self.scene, self.edges),
             "particles": found["identical"],
             "mismatched": {"particles": found["mismatched"]},
         }
@@ -112,8 +116,9 @@ class Table2:
         head = ["particles", "mm: paper", "same model", "wrong model", "deg: paper", "same model",
                 "wrong model", "ESS / M", "frames / s"]  # fmt: skip
         notes = [
-            f"{self.runs} movements (paper: 40), {self.scene} scene; means, as in the paper; "
-            "standard deviations are in the picture and in the JSON.",
+            f"{self.runs} movements (paper: 40); {summary['premises']['scene']}; means, as in the "
+            "paper; standard deviations are in the picture and in the JSON.",
+            *(f"{summary['premises'][model].capitalize()}." for model in MODELS),
             "Reaching error after the closed loop, mean mm by particles: "
             + ", ".join(
                 f"{m}: {ours[str(m)]['reaching']['position_mm']['mean']:.2f}" for m in PARTICLES
@@ -166,6 +171,7 @@ class Figure9(Table2):
     """Estimation error by the number of particles, with its spread; runs of Table 2."""
 
     figure: ClassVar[str] = "figure9"
+    source: ClassVar[str] = "table2"
 
 
 def _end(trace: Trace, open_frames: int) -> Result:
