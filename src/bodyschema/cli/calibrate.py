@@ -97,7 +97,7 @@ class Calibrate:
         """Calibrate and write; returns 1 when refused."""
         from rich.console import Console
 
-        from bodyschema.cli.result import NO_PAGE, PLAIN, prepare
+        from bodyschema.cli.result import NO_PAGE, PLAIN, how_to_see_all, prepare
         from bodyschema.report.summary import as_json, finite, print_answer
 
         run = self.resolved()
@@ -119,7 +119,8 @@ class Calibrate:
             print(json.dumps(finite(found)))
         else:
             console = Console()
-            print_answer(console, answer.document, self.all, "--all")
+            hint = "--all" if refused else how_to_see_all(self.out)
+            print_answer(console, answer.document, self.all, hint)
             instead = _instead(answer, bool(run.skeleton)) if refused else ""
             text = self._farewell(instead, reported, bool(run.skeleton))
             console.print(shown(_rows(loaded) + text), **PLAIN)

@@ -153,7 +153,7 @@ def _entry(
     path: Path, columns: tuple[str, ...], layout: str, flag: str, ends: tuple[str, str]
 ) -> SenseEntry:
     """The sense of one list, its columns and layout found in the file where they are not given."""
-    from bodyschema.cli.reading.pose_lists import expanded
+    from bodyschema.cli.reading.columns import expanded
     from bodyschema.cli.reading.sense_entry import SenseEntry
     from bodyschema.sources.recording import TIME_COLUMNS
     from bodyschema.sources.tables import open_recording

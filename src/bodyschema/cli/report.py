@@ -26,7 +26,7 @@ class Report:
         from rich.console import Console
 
         from bodyschema.answers.answer import load
-        from bodyschema.cli.result import NO_PAGE, PLAIN
+        from bodyschema.cli.result import NO_PAGE, PLAIN, how_to_see_all
         from bodyschema.documents import is_folder
         from bodyschema.export.documents import plain
         from bodyschema.report.summary import print_answer
@@ -36,7 +36,7 @@ class Report:
             print(json.dumps(plain(document), ensure_ascii=False, allow_nan=False))
             return 0
         console = Console()
-        print_answer(console, document, self.all, "--all")
+        print_answer(console, document, self.all, how_to_see_all(self.result))
         page = (self.result if is_folder(self.result) else self.result.parent) / "report.html"
         shown = f"Report: {page.resolve()} (open it in a browser)" if page.is_file() else NO_PAGE
         console.print(f"\n{shown}", **PLAIN)

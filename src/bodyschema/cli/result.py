@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from bodyschema.errors import shown
 
 if TYPE_CHECKING:
     from bodyschema.answers.answer import Answer
@@ -80,17 +83,22 @@ def say(
         print(json.dumps(finite(object_)))
     else:
         console = Console()
-        print_answer(console, answer.document)
+        print_answer(console, answer.document, hint="" if out is None else how_to_see_all(out))
         console.print(f"\n{NOTHING if out is None else _written(out)}", **PLAIN)
         if then:
             console.print(then, **PLAIN)
     return 1 if answer.tone == "bad" else 0
 
 
+def how_to_see_all(out: Path) -> str:
+    """The command that prints what an answer in short leaves out, quoted for a shell."""
+    return f"`bodyschema report {shown(shlex.quote(str(out)))} --all`"
+
+
 def _written(out: Path) -> str:
     page = out / "report.html"
-    shown = f"Report: {page}" if page.is_file() else NO_PAGE
-    return f"{shown}   all numbers: {out / 'answer.json'}"
+    report = f"Report: {page}" if page.is_file() else NO_PAGE
+    return f"{report}   all numbers: {out / 'answer.json'}"
 
 
 NOTHING = "Nothing was written. Mend what is said above, or insist with --force."

@@ -31,7 +31,7 @@ COLOURS = {"good": "green", "doubtful": "yellow", "bad": "red"}
 
 RMS_FIRST = ("rms", "median", "max")
 
-HINT = "`bodyschema report --all`"
+HINT = "`bodyschema report FOLDER --all`"
 """How to see what an answer in short leaves out."""
 
 MOST_ROWS = 20
@@ -115,7 +115,7 @@ def print_answer(
         console: where to.
         document: everything that was found; see `calibration_document`.
         everything: also errors, all parameters, and what the data do not tell.
-        hint: how to see everything.
+        hint: how to see everything; "" where nothing does.
     """
     console.print()
     for entry in document["transforms"]:
@@ -133,7 +133,7 @@ def print_answer(
         _print_untold(console, document["not_determined"])
     for line in _warnings(document, everything):
         console.print(line, highlight=False)
-    if not everything:
+    if not everything and hint:
         _print_folded(console, document, folded, hint)
 
 
@@ -220,7 +220,7 @@ def _print_folded(console: Console, document: Mapping[str, Any], folded: int, hi
         n = len(document["not_determined"])
         left.append(f"{n} sentence{'s' * (n > 1)} on what the data cannot tell")
     if left:
-        console.print(f"[dim]More with {hint}: {', '.join(left)}.[/]", highlight=False)
+        console.print(f"[dim]More with {escape(hint)}: {', '.join(left)}.[/]", highlight=False)
 
 
 def _print_untold(console: Console, sentences: Sequence[str]) -> None:
@@ -313,14 +313,20 @@ def _skeleton_table(skeleton: Mapping[str, Mapping[str, Any]]) -> Table:
 
 
 def _parameter_table(variables: Sequence[Mapping[str, Any]], written: bool = False) -> Table:
-    """All values with their errors, or those that were written, the others being as modelled."""
-    value, error = ("written", "written_std") if written else ("value", "std")
+    """All values with their errors; of what is written those, the others being as modelled.
+
+    Args:
+        variables: entries of the document's `parameters`.
+        written: whether all of them are.
+    """
     table = Table(title="Corrections", title_justify="left")
     for head in ("parameter", "value", "± std", "unit"):
         left = head in ("parameter", "unit")
         table.add_column(head, justify="left" if left else "right", overflow="fold")
     for entry in variables:
         scale, shown = read_as(entry["unit"])
+        changed = written or (entry["written_std"] is not None and not _is_frame(entry))
+        value, error = ("written", "written_std") if changed else ("value", "std")
         std = entry[error]
         bar = "not determined" if std is None else f"{scale * std:.3f}"
         table.add_row(escape(entry["name"]), f"{scale * entry[value]:+.3f}", bar, shown)

@@ -94,8 +94,8 @@ def misdeclared(named: Sequence[Neighbour]) -> Trust:
         return Trust()
     best = named[0]
     words = " or with ".join(neighbour.words for neighbour in named[:MANY])
-    more = ", which the data do not tell apart," if len(named) > 1 else ""
-    what = f"Declared otherwise, with {words},{more} the recording fits {times(best.factor)} better"
+    more = " (the data do not tell these apart)" if len(named) > 1 else ""
+    what = f"Declared otherwise, with {words}{more}, the recording fits {times(best.factor)} better"
     left = f"{_residual(best.before)} are left over as it is declared, {_residual(best.after)} then"
     advice = f"write {best.entry}" if best.entry else "mend the recording or the description"
     return Trust("contradicted", (f"{what}: {left}; {advice} and calibrate again.",))

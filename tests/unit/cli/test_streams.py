@@ -121,8 +121,16 @@ def test_a_clock_that_is_known(record: Any, tmp_path: Path) -> None:
     ("head", "lines", "words"),
     [
         (HEAD.replace('"time"', '"tim"'), POINTS, "join = 'tim' .*did you mean 'time'"),
-        (HEAD, POINTS.replace('"z"', '"zz"'), "0 files of recording have all columns of the po"),
-        (HEAD.replace('["joints.csv", "seen.csv"]', '"seen.csv"'), POINTS, "0 of 1 have columns"),
+        (
+            HEAD,
+            POINTS.replace('"z"', '"zz"'),
+            "no file or topic of recording has all columns of the po",
+        ),
+        (
+            HEAD.replace('["joints.csv", "seen.csv"]', '"seen.csv"'),
+            POINTS,
+            "no file or topic of recording has columns of the robot's joints, 'joint_1', 'joint_2'",
+        ),
         (HEAD.replace('join = "time"', ""), POINTS, 'joined by their times: join = "time"'),
         (HEAD + '[hand_eye]\neye_on = "base"\n', POINTS, r"write it into \[hand_eye\]"),
         ('append = ["a.csv"]\n' + HEAD, POINTS, 'append and join = "time"'),
@@ -131,6 +139,21 @@ def test_a_clock_that_is_known(record: Any, tmp_path: Path) -> None:
 def test_what_cannot_be_joined_is_said(record: Any, head: str, lines: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         load(read_run_file(record(0.0, lines, head)))
+
+
+def test_columns_by_a_pattern(record: Any) -> None:
+    """A * stands for all columns that match, with streams and without."""
+    named = load(read_run_file(record(0.0)))
+    pattern = POINTS.replace('"x", "y", "z"', '"[xyz]*"')
+    (sense,) = load(read_run_file(record(0.0, pattern))).senses
+    assert (sense.observed == named.senses[0].observed).all()
+    with pytest.raises(InputError, match=r"no file or topic of recording has all .*'none\*'"):
+        load(read_run_file(record(0.0, POINTS.replace('"x", "y", "z"', '"none*"'))))
+
+
+def test_joints_in_several_files_are_said() -> None:
+    said = streams._no_joints(["joint_1"], 2, ["joint_1"])
+    assert "2 have columns of them ('joint_1'); leave the others out" in said
 
 
 def test_streams_of_different_times(record: Any, tmp_path: Path) -> None:

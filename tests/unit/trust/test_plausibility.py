@@ -121,4 +121,4 @@ def test_neighbours_in_a_sentence() -> None:
     assert "write inverse = true" in reason
     [both] = misdeclared([one, Neighbour(second, 290.0, (0.6, 0.5), (1e-3, 2e-3))]).reasons
     assert "or with joint 'a'" in both
-    assert "do not tell apart" in both
+    assert "round (the data do not tell these apart), the" in both

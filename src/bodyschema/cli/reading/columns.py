@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fnmatch import fnmatchcase
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,15 @@ Ints = NDArray[np.int64]
 
 ANGLES = {unit: UNITS[unit] for unit in ("rad", "deg", "mrad")}
 LENGTHS = {unit: UNITS[unit] for unit in ("m", "cm", "mm", "um", "in")}
+
+
+def expanded(columns: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
+    """Columns with a * in them stand for all that match, in the order of the file."""
+    found: list[str] = []
+    for name in columns:
+        matches = [column for column in known if fnmatchcase(column, name)]
+        found += matches if "*" in name else [name]
+    return tuple(found)
 
 
 def columns_of(entry: SenseEntry, at: Moments, *counts: int) -> tuple[Array, Ints]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.reading.columns import LENGTHS
+from bodyschema.cli.reading.columns import LENGTHS, expanded
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.errors import InputError
 from bodyschema.judging.pose_declarations import Whose
@@ -98,15 +97,6 @@ def pose_sense(run: RunFile, body: Body) -> Poses:
     pose = lie.transform(T[:, :3, :3], T[:, :3, 3] / scale)
     names = lists.names
     return Poses.make(hand_readings(A), pose, names.eye, names.target, rows=rows)
-
-
-def expanded(columns: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Columns with a * in them stand for all that match, in the order of the file."""
-    found: list[str] = []
-    for name in columns:
-        matches = [column for column in known if fnmatchcase(column, name)]
-        found += matches if "*" in name else [name]
-    return tuple(found)
 
 
 def _poses(entry: SenseEntry, table: Recording) -> tuple[Array, Ints]:

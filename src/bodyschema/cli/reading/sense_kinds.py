@@ -7,13 +7,14 @@ heights that stand in the file itself are in m.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.cli.reading.columns import columns_of, length, point, turn
+from bodyschema.cli.reading.columns import columns_of, expanded, length, point, turn
 from bodyschema.cli.reading.force_senses import torques, wrenches
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.picture_senses import outlines, pixels
@@ -56,7 +57,8 @@ def make_sense(entry: SenseEntry, at: Moments) -> Sense:
                 f"'{name}' is a part of kind '{found}' where a sense of {entry.kind} needs one of "
                 f"kind '{part}'."
             )
-    return kind.make(entry, at)
+    known = () if at.recording is None else tuple(at.recording.columns)
+    return kind.make(replace(entry, columns=expanded(entry.columns, known)), at)
 
 
 def parts_of(entry: SenseEntry) -> Iterator[tuple[str, str]]:

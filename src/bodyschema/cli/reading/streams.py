@@ -8,7 +8,7 @@ file that has its own. A stream's stamps may be late by a lag that nobody knows:
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.cli.reading.columns import expanded
 from bodyschema.cli.reading.joints import column_of, read_joints
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.tree import Body
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 Files = tuple[str, ...]
+
+NAMED = 3
+"""Columns of joints that a message names."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +61,7 @@ class Streams:
         named = [column_of(joint, run.joints) for joint in body.joints]
         holding = [files for files, table in singles.items() if {*named} & {*table.columns}]
         if len(holding) != 1:
-            raise InputError(
-                f'join = "time" needs the joints in one file of recording; {len(holding)} of '
-                f"{len(singles)} have columns of joints{did_you_mean(named[0], _columns(singles))}"
-            )
+            raise InputError(_no_joints(named, len(holding), _columns(singles)))
         own: dict[Files, Recording]
         own = {e.recording: open_recording(e.recording) for e in run.senses if e.recording}
         tables = {**singles, **own}
@@ -107,19 +108,44 @@ def _column(run: RunFile, entry: SenseEntry) -> str | None:
 def _placed(entry: SenseEntry, singles: Mapping[Files, Recording], joints: Files) -> SenseEntry:
     """A sense with the file that has its columns, and a clock if that is not the joints' own."""
     fitting = [entry.recording] if entry.recording else [
-        files for files, table in singles.items() if {*entry.columns} <= {*table.columns}
+        files for files, table in singles.items() if _holds(table, entry.columns)
     ]  # fmt: skip
     if len(fitting) != 1:
         lost = next(iter(entry.columns), "")
+        n = len(fitting)
+        which = (
+            f"{n} files or topics of recording have" if n else "no file or topic of recording has"
+        )
         raise InputError(
-            f"{len(fitting)} files of recording have all columns of the {entry.kind} of "
-            f"'{entry.seen}' seen from '{entry.seen_from}'; name its own, recording = \"...\""
-            f"{did_you_mean(lost, _columns(singles))}"
+            f"{which} all columns of the {entry.kind} of "
+            f"'{entry.seen}' seen from '{entry.seen_from}' ('{lost}' ...); name the one that has "
+            f'what was seen, recording = "..."{did_you_mean(lost, _columns(singles))}'
         )
     files = fitting[0]
     stem = re.sub(r"\W+", "_", Path(files[0]).stem).strip("_")
     clock = entry.clock or ("" if files == joints else f"clock_of_{stem}")
     return replace(entry, recording=files, clock=clock)
+
+
+def _holds(table: Recording, columns: tuple[str, ...]) -> bool:
+    """Whether a table has all the columns, and of each pattern one that matches."""
+    known = tuple(table.columns)
+    found = [expanded((name,), known) for name in columns]
+    return all(names and {*names} <= {*known} for names in found)
+
+
+def _no_joints(named: Sequence[str], holding: int, known: Iterable[str]) -> str:
+    """That no table has the joints, or several."""
+    some = ", ".join(f"'{name}'" for name in named[:NAMED]) + (" ..." if len(named) > NAMED else "")
+    if holding:
+        return (
+            f'join = "time" needs the joints in one file or topic of recording, and {holding} have '
+            f"columns of them ({some}); leave the others out of recording."
+        )
+    return (
+        f"no file or topic of recording has columns of the robot's joints, {some}; say under "
+        f"[joints] which column is which{did_you_mean(named[0], known)}"
+    )
 
 
 def _columns(tables: Mapping[Files, Recording]) -> Iterable[str]:
