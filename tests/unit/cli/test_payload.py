@@ -395,7 +395,7 @@ def test_inputs_and_other_things_are_never_replaced(folder, capsys):
     (folder / "other" / "thesis.tex").write_text("years of work")
     for out, message in (
         (folder, "inputs are never touched"),
-        (folder / "other", "something other than a result"),
+        (folder / "other", "which is no result"),
     ):
         assert run(["payload", str(folder / "run.toml"), "--out", str(out), "--overwrite"]) == 2
         assert message in capsys.readouterr().err

@@ -143,7 +143,7 @@ def test_a_folder_with_inputs_or_other_things_is_never_replaced(
     (folder / "other").mkdir()
     (folder / "other" / "thesis.tex").write_text("years of work")
     assert run(["track", str(path), "--out", str(folder / "other"), "--overwrite"]) == 2
-    assert "something other than a result" in capsys.readouterr().err
+    assert "which is no result" in capsys.readouterr().err
 
 
 def test_pictures_that_hide_the_arm_are_not_learned_from(
