@@ -102,6 +102,7 @@ if TYPE_CHECKING:
     from bodyschema.senses.wrist_declaration import WristDeclaration
     from bodyschema.senses.wrist_samples import WristSamples
     from bodyschema.senses.wrist_wrenches import WristWrenches
+    from bodyschema.sources.opened import open
     from bodyschema.sources.recording import Recording
     from bodyschema.sources.tables import open_recording
     from bodyschema.vision.corners import CornerTracker
@@ -146,6 +147,7 @@ EVERYDAY = {
     "learn_payload": "answers.payload",
     "learn_skeleton": "answers.skeleton",
     "load": "answers.answer",
+    "open": "sources.opened",
     "open_recording": "sources.tables",
     "plan_poses": "acting.next_poses",
     "reach": "acting.reaching",
@@ -346,6 +348,7 @@ __all__ = [
     "learn_payload",
     "learn_skeleton",
     "load",
+    "open",
     "open_recording",
     "plan_poses",
     "reach",

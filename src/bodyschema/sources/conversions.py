@@ -17,7 +17,7 @@ _ARRAYS = (
 
 _WAYS = {
     **dict.fromkeys((".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"), _PICTURES),
-    **dict.fromkeys((".json", ".npz", ".npy", ".mat", ".h5", ".hdf5", ".xlsx", ".pkl"), _ARRAYS),
+    **dict.fromkeys((".json", ".mat", ".h5", ".hdf5", ".xlsx", ".pkl"), _ARRAYS),
 }
 
 

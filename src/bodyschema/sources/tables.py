@@ -1,9 +1,8 @@
-"""CSV and Parquet tables: `open_recording` reads them, `write_table` writes them."""
+"""Tables in files: `open_recording` reads them, `write_table` writes CSV and Parquet."""
 
 from __future__ import annotations
 
 import csv
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -11,27 +10,32 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.atomic import new_file
-from bodyschema.documents import regular_file
+from bodyschema.documents import is_there, regular_file
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.sources.arrays import read_arrays
 from bodyschema.sources.bags import is_bag, read_bag
 from bodyschema.sources.conversions import conversion
 from bodyschema.sources.lerobot import is_lerobot
 from bodyschema.sources.lerobot_table import read_lerobot_table
 from bodyschema.sources.parquet import parquet_table
 from bodyschema.sources.recording import Recording, beside
+from bodyschema.sources.text_table import ENDINGS, PIPED, of_numbers, read_text, refuse_repeated
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-READERS = (".csv", ".parquet")
+WRITERS = (".csv", ".parquet")
+
+ARRAYS = (".npz", ".npy")
 
 
 def open_recording(path: str | Path | Sequence[str | Path]) -> Recording:
     """Read a recording, or several files whose rows belong together.
 
     Args:
-        path: a .csv or .parquet file, the folder of a LeRobot data set, a topic of a ROS bag or
-            MCAP file (see `bags`), or a sequence of them.
+        path: a .csv, .tsv, .txt, .parquet, .npz or .npy file, the folder of a LeRobot data set, a
+            topic of a ROS bag or MCAP file (see `bags`), "-" for a table that is piped in, or a
+            sequence of them.
 
     Raises:
         InputError: a file is missing, broken, or of another kind.
@@ -52,81 +56,28 @@ def _open_one(path: Path) -> Recording:
     way = conversion(path)
     if way:
         raise InputError(f"'{path}' is no table of columns: {way}")
+    kind = path.suffix.lower()
+    if path.name == PIPED and not is_there(path):
+        return read_text(Path(PIPED))
     regular_file(path, f"no recording at '{path}'; give the path of a CSV or Parquet file.")
-    if path.suffix == ".csv":
-        return _read_csv(path)
-    if path.suffix == ".parquet":
+    if kind in ENDINGS:
+        return read_text(path)
+    if kind == ".parquet":
         return _read_parquet(path)
+    if kind in ARRAYS:
+        return read_arrays(path)
+    known = ", ".join((*ENDINGS, *ARRAYS))
     raise InputError(
-        f"'{path}' is of unknown kind '{path.suffix}'; expected {' or '.join(READERS)}."
+        f"'{path}' is of unknown kind '{path.suffix}'; expected {known} or .parquet, a ROS bag, an "
+        "MCAP file, or the folder of a LeRobot data set."
     )
-
-
-def _read_csv(path: Path) -> Recording:
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            mark = _separator(file.readline(), file.readline())
-            file.seek(0)
-            lines = csv.reader(file, delimiter=mark, skipinitialspace=True)
-            rows = [row for row in lines if row]
-    except (csv.Error, UnicodeDecodeError, OSError) as error:
-        raise InputError(f"'{path}' is no readable CSV text: {error}.") from None
-    if len(rows) < 2:
-        raise InputError(f"'{path}' has no data; expected a line of column names, then rows.")
-    header = [name.strip() for name in rows[0]]
-    _refuse_repeated(header, path)
-    for number, row in enumerate(rows[1:]):
-        if len(row) != len(header):
-            raise InputError(
-                f"row {number} of '{path}' has {len(row)} cells where the header names "
-                f"{len(header)}; the file may be cut off."
-            )
-    columns: dict[str, Array] = {}
-    empty: dict[str, Flags] = {}
-    texts = set()
-    for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True):
-        blank = np.array([not cell.strip() for cell in cells])
-        try:
-            columns[name] = np.array([float(cell) if cell.strip() else np.nan for cell in cells])
-        except ValueError:
-            texts.add(name)
-            continue
-        if blank.any():
-            empty[name] = blank
-    return _of_numbers(path, columns, empty, texts)
-
-
-def _of_numbers(
-    path: Path, columns: Mapping[str, Array], empty: Mapping[str, Flags], texts: set[str]
-) -> Recording:
-    """The recording of a table, which has a column of numbers at least."""
-    if not columns:
-        raise InputError(f"'{path}' has no column of numbers alone, only texts.")
-    return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
-
-
-def _separator(header: str, first: str) -> str:
-    """A comma, or what else cuts a header without commas and the first row into equal counts."""
-    for mark in () if "," in header else (";", "\t", " "):
-        cut = [
-            len(row) for row in csv.reader([header, first], delimiter=mark, skipinitialspace=True)
-        ]
-        if len(cut) == 2 and cut[0] == cut[1] > 1:
-            return mark
-    return ","
-
-
-def _refuse_repeated(header: Sequence[str], path: Path) -> None:
-    repeated = [name for name, times in Counter(header).items() if times > 1]
-    if repeated:
-        raise InputError(f"'{path}' has two columns named '{repeated[0]}'; rename one.")
 
 
 def _read_parquet(path: Path) -> Recording:
     table = parquet_table(path)
     import pyarrow as pa
 
-    _refuse_repeated(table.column_names, path)
+    refuse_repeated(table.column_names, path)
     if not table.num_rows:
         raise InputError(f"'{path}' has no data; expected named columns with rows.")
     columns: dict[str, Array] = {}
@@ -143,7 +94,7 @@ def _read_parquet(path: Path) -> Recording:
         columns[name] = column.cast(pa.float64(), safe=False).to_numpy().astype(np.float64)
         if blank.any():
             empty[name] = blank
-    return _of_numbers(path, columns, empty, texts)
+    return of_numbers(path, columns, empty, texts)
 
 
 def write_table(path: str | Path, columns: Mapping[str, ArrayLike], overwrite: bool = True) -> None:
@@ -165,7 +116,7 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike], overwrite: b
     shapes = sorted({array.shape for array in arrays.values()})
     if len(shapes) != 1 or len(shapes[0]) != 1:
         raise InputError(f"columns must be flat and equally long; they have the shapes {shapes}.")
-    if target.suffix not in READERS:
+    if target.suffix not in WRITERS:
         raise InputError(f"cannot write '{target}'; expected a name ending in .csv or .parquet.")
     with new_file(target, overwrite) as temporary:
         if target.suffix == ".csv":

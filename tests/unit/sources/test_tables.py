@@ -141,11 +141,13 @@ def test_broken_csv_is_refused(csv: Callable[[str], Recording], text: str, messa
 
 
 def test_files_of_another_kind_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.txt").touch()
+    (tmp_path / "a.log").touch()
+    (tmp_path / "a.npz").write_bytes(b"PK")
     (tmp_path / "latin.csv").write_bytes(b"gr\xf6\xdfe\n1\n")
     for name, message in (
-        ("a.txt", r"unknown kind '.txt'; expected .csv or .parquet"),
-        ("a.npz", r"is no table of columns: write its numbers into a CSV table"),
+        ("a.log", r"unknown kind '.log'; expected .csv, .tsv, .txt, .npz, .npy or .parquet, a ROS"),
+        ("a.xlsx", r"is no table of columns: write its numbers into a CSV table"),
+        ("a.npz", "is no whole file of numpy arrays"),
         ("shots/*.PNG", r"nothing here finds a board in them; .*docs/board_photographs.md"),
         ("none.csv", "no recording at .*; give the path of a CSV or Parquet file"),
         ("latin.csv", "is no readable CSV text"),
