@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import html
 import re
+import warnings
 from collections.abc import Callable
 from io import StringIO
 from typing import Any
 
-from bodyschema.errors import MissingExtraError
+from bodyschema.errors import MissingExtraError, shown
 
 BEFORE, AFTER = "#b34d08", "#08756d"
 INK, GREY, FAINT = "#22272e", "#5f6670", "#e4e1da"
@@ -76,8 +77,11 @@ def svg(name: str, says: str, size: tuple[float, float], paint: Callable[[Any], 
         FigureCanvasSVG(figure)
         paint(figure)
         text = StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
-    return _inline(text.getvalue(), says, size)
+        with warnings.catch_warnings():
+            # Texts stay texts, and readers' browsers have fonts of their own.
+            warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
+            figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    return shown(_inline(text.getvalue(), says, size))
 
 
 def new_figure(size: tuple[float, float], paint: Callable[[Any], None]) -> Any:

@@ -1,11 +1,14 @@
-"""Templates: HTML round the numbers, with everything escaped that is not marked as HTML."""
+"""Templates: HTML round the numbers, with everything escaped that is not marked as HTML.
+
+Escape and other characters that a terminal would obey are written out: pages are read there, too.
+"""
 
 from __future__ import annotations
 
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from bodyschema.errors import MissingExtraError
+from bodyschema.errors import MissingExtraError, shown
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -32,4 +35,10 @@ def _environment() -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=_printable,
     )
+
+
+def _printable(value: Any) -> Any:
+    """Plain text with its characters of control written out; HTML and numbers as they are."""
+    return shown(value) if type(value) is str else value

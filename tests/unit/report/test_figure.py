@@ -26,6 +26,19 @@ def test_text_stays_text_and_is_escaped() -> None:
     assert "DejaVu" not in drawn
 
 
+def test_what_a_terminal_would_obey_is_written_out() -> None:
+    drawn = svg(
+        "one", "says \x1b[31m", (300, 200), lambda f: f.subplots().set_title("a\x1b[2J\x9b\u202e")
+    )
+    assert r"a\x1b[2J\x9b\u202e" in drawn
+    assert r"says \x1b[31m" in drawn
+    assert drawn.replace("\n", "").isprintable()
+
+
+def test_letters_that_the_font_lacks_are_kept() -> None:
+    assert "\u8155" in svg("one", "", (300, 200), lambda f: f.subplots().set_title("\u8155"))
+
+
 def test_a_users_settings_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     plain = svg("one", "says", (300, 200), paint)
     with matplotlib.rc_context({"lines.linewidth": 9, "axes.grid": False}):
