@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bodyschema.errors import InputError, MissingExtraError
-from bodyschema.sources.bags import is_bag, topics_of
-from bodyschema.sources.tables import open_recording
+from bodyschema.sources.bags import bag_topics, is_bag, stamps, topics_of
+from bodyschema.sources.tables import open_recording, write_table
 
 
 def test_a_bag_needs_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,3 +73,105 @@ def test_what_is_no_topic_is_said(bag: Path) -> None:
         open_recording(f"{bag}#/pose")
     with pytest.raises(InputError, match="no recording at"):
         open_recording("/nowhere/a.mcap")
+    with pytest.raises(InputError, match="chatter' holds std_msgs/msg/String, 8 messages"):
+        open_recording(f"{bag}#/chatter")
+
+
+def test_topics_that_are_not_read_are_listed_and_timed(bag: Path) -> None:
+    found = {topic.name: topic for topic in bag_topics(bag)}
+    assert found["/chatter"].kind == "std_msgs/msg/String"
+    assert [t.readable for t in found.values()] == [True, True, False]
+    assert stamps(bag, "/chatter").tolist() == [9 + 3.0 * i for i in range(8)]
+
+
+def test_numbers_of_any_writer_are_the_same_to_the_last_digit(tmp_path: Path) -> None:
+    """ROS 1, SQLite and MCAP, written by rosbags: what a table of the same numbers holds."""
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    rng = np.random.default_rng(5)
+    table = {name: rng.standard_normal(20) for name in ("a", "b")}
+    write_table(tmp_path / "t.csv", table)
+    expected = open_recording(tmp_path / "t.csv")
+
+    def message(store: Any, i: int) -> Any:
+        kind = store.types
+        first = {"seq": i} if "seq" in kind["std_msgs/msg/Header"].__annotations__ else {}
+        stamp = kind["builtin_interfaces/msg/Time"](sec=3 + i, nanosec=0)
+        header = kind["std_msgs/msg/Header"](**first, stamp=stamp, frame_id="")
+        place = np.array([table["a"][i], table["b"][i]])
+        none = np.zeros(0)
+        return kind["sensor_msgs/msg/JointState"](header, ["a", "b"], place, none, none)
+
+    plugins = {"sq": StoragePlugin.SQLITE3, "mc": StoragePlugin.MCAP}
+    kind = "sensor_msgs/msg/JointState"
+    for name, plugin in plugins.items():
+        store = get_typestore(Stores.ROS2_HUMBLE)
+        with Writer(tmp_path / name, version=9, storage_plugin=plugin) as writer:
+            topic = writer.add_connection("/joint_states", kind, typestore=store)
+            for i in range(20):
+                writer.write(topic, i, store.serialize_cdr(message(store, i), kind))
+    store = get_typestore(Stores.ROS1_NOETIC)
+    with Writer1(tmp_path / "one.bag") as writer1:
+        topic1 = writer1.add_connection("/joint_states", kind, typestore=store)
+        for i in range(20):
+            writer1.write(topic1, i, store.serialize_ros1(message(store, i), kind))
+    lone = tmp_path / "lone.db3"
+    lone.write_bytes(next((tmp_path / "sq").glob("*.db3")).read_bytes())
+    inner = next((tmp_path / "mc").glob("*.mcap"))
+    for place in (tmp_path / "sq", tmp_path / "mc", tmp_path / "one.bag", lone, inner):
+        found = open_recording(place)
+        assert found.time().tolist() == [3.0 + i for i in range(20)]
+        for name in table:
+            assert found.columns[name].tobytes() == expected.columns[name].tobytes()
+
+
+def test_what_a_bag_lacks_is_empty_and_transforms_are_by_their_frames(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag2 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kind: Any = store.types
+    stamp, head = kind["builtin_interfaces/msg/Time"], kind["std_msgs/msg/Header"]
+    turn = kind["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0)
+    with Writer(tmp_path / "bag", version=9) as writer:
+        name = "tf2_msgs/msg/TFMessage"
+        topic = writer.add_connection("/tf", name, typestore=store)
+        for i, frames in enumerate((["tag"], ["tag", "hand"], ["hand"])):
+            header = head(stamp=stamp(sec=50 + i, nanosec=0), frame_id="eye")
+            place = kind["geometry_msgs/msg/Vector3"](x=float(i), y=0.0, z=1.0)
+            moved = kind["geometry_msgs/msg/Transform"](translation=place, rotation=turn)
+            made = [
+                kind["geometry_msgs/msg/TransformStamped"](header, frame, moved) for frame in frames
+            ]
+            writer.write(topic, 7, store.serialize_cdr(kind[name](made), name))
+    found = open_recording(tmp_path / "bag")
+    assert found.time().tolist() == [50, 51, 52], "of the transforms"
+    assert found.empty["hand.x"].tolist() == [True, False, False]
+    assert found.empty["tag.x"].tolist() == [False, False, True]
+    assert found.columns["hand.x"].tolist()[1:] == [1, 2]
+    assert found.columns["tag.qw"].tolist()[:2] == [1, 1]
+
+
+def test_a_bag_that_breaks_off_is_one_sentence_with_what_is_there(bag: Path) -> None:
+    import struct
+
+    record = struct.Struct("<BQHIQQ")
+    body = b"".join(record.pack(5, 22, 0, i, int(1e9) + i * 500_000_000, 0) for i in range(4))
+    cut = bag.parent / "cut.mcap"
+    cut.write_bytes(b"\x89MCAP0\r\n" + body[:-3])
+    with pytest.raises(InputError, match=r"1\.00 s of messages are whole; `mcap recover cut\.mcap"):
+        open_recording(cut)
+    cut.write_bytes(b"\x89MCAP0\r\n" + body[:10])
+    with pytest.raises(InputError, match="before any message is whole; record it again"):
+        open_recording(cut)
+    (bag.parent / "cut.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(50))
+    with pytest.raises(InputError, match=r"`rosbag reindex cut\.bag`"):
+        open_recording(bag.parent / "cut.bag")
+    store = next(bag.glob("*.db3"))
+    store.write_bytes(store.read_bytes()[:6000])
+    with pytest.raises(InputError, match=r"`sqlite3 .*\.recover"):
+        open_recording(f"{bag}#/joint_states")
