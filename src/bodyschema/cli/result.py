@@ -84,9 +84,9 @@ def say(
     else:
         console = Console()
         print_answer(console, answer.document, hint="" if out is None else how_to_see_all(out))
-        console.print(f"\n{NOTHING if out is None else _written(out)}", **PLAIN)
+        console.print(f"\n{NOTHING if out is None else shown(_written(out))}", **PLAIN)
         if then:
-            console.print(then, **PLAIN)
+            console.print(shown(then), **PLAIN)
     return 1 if answer.tone == "bad" else 0
 
 

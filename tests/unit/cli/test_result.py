@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bodyschema.answers.answer import Answer, load
-from bodyschema.cli.result import finish, prepare
+from bodyschema.cli.result import finish, how_to_see_all, prepare
 from bodyschema.errors import InputError
 from bodyschema.estimation.held_out import Errors
 from bodyschema.estimation.identifiability import Identifiability
@@ -39,12 +39,16 @@ def answer() -> Answer:
 def test_a_good_answer_is_written(
     answer: Answer, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert finish(answer, tmp_path / "out", False, False, then="Next: look.") == 0
+    assert finish(answer, tmp_path / "out", False, False, then="Next: look \x1b[31m.") == 0
     text = capsys.readouterr().out
     assert "Trust" not in text
     assert "all numbers:" in text
-    assert text.rstrip().endswith("Next: look.")
+    assert text.rstrip().endswith(r"Next: look \x1b[31m.")
     assert load(tmp_path / "out").trust == Trust()
+
+
+def test_how_to_see_all_is_quoted() -> None:
+    assert how_to_see_all(Path("a b;\x1b")) == r"`bodyschema report 'a b;\x1b' --all`"
 
 
 def test_a_limited_one_is_written_and_says_why(
