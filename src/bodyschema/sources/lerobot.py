@@ -31,6 +31,9 @@ INFO = Path("meta/info.json")
 STATE = "observation.state"
 PURPOSE = "reading LeRobot data sets"
 
+NAMED = 3
+"""Files that a message names."""
+
 FIELD = re.compile(r"\{(\w+)(?::0?([1-9])d?)?\}")
 """What a path may have in braces: a name, and to how many digits its number is filled up."""
 
@@ -262,7 +265,8 @@ def _read(path: Path, names: Sequence[str], episode: int) -> dict[str, list[Any]
 
 def there(path: Path) -> Path:
     """The path, if a file is there that holds more than a reference to what Git LFS stores."""
-    regular_file(path, f"no file at '{path}', which the data set names; was it downloaded whole?")
+    missing = f"no file at '{path}', which the data set names; was it downloaded whole?"
+    regular_file(path, missing + ("" if is_file(path) else _beside(path)))
     try:
         with path.open("rb") as file:
             start = file.read(40)
@@ -271,6 +275,16 @@ def there(path: Path) -> Path:
     if start.startswith(b"version https://git-lfs"):
         raise InputError(f"'{path}' is only a Git LFS reference; run 'git lfs pull' there.")
     return path
+
+
+def _beside(path: Path) -> str:
+    """Which files of its kind are there instead."""
+    try:
+        here = sorted(other.name for other in path.parent.glob(f"*{path.suffix}"))
+    except OSError:
+        return ""
+    names = ", ".join(f"'{name}'" for name in here[:NAMED]) + (" ..." if len(here) > NAMED else "")
+    return f" In its place there are {names}: name another episode." if here else ""
 
 
 def state_names(stated: Any, count: int) -> tuple[str, ...]:

@@ -114,6 +114,16 @@ def test_an_info_that_is_no_table(tmp_path, text):
         open_episode(tmp_path)
 
 
+def test_an_episode_that_is_not_here_names_those_that_are(tmp_path):
+    folder = version_2(tmp_path)
+    (states,) = (folder / "data").rglob("*.parquet")
+    states.rename(states.with_name("episode_000040.parquet"))
+    with pytest.raises(
+        InputError, match=r"whole\? In its place there are 'episode_000040\.parquet'"
+    ):
+        open_episode(folder)
+
+
 def test_a_reference_to_a_large_file_is_not_the_file(tmp_path):
     folder = version_2(tmp_path)
     video = open_episode(folder).video
