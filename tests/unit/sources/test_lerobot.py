@@ -116,11 +116,9 @@ def test_an_info_that_is_no_table(tmp_path, text):
 
 def test_an_episode_that_is_not_here_names_those_that_are(tmp_path):
     folder = version_2(tmp_path)
-    (states,) = (folder / "data").rglob("*.parquet")
-    states.rename(states.with_name("episode_000040.parquet"))
-    with pytest.raises(
-        InputError, match=r"whole\? In its place there are 'episode_000040\.parquet'"
-    ):
+    first = min((folder / "data").rglob("*.parquet"))
+    first.rename(first.with_name("episode_000040.parquet"))
+    with pytest.raises(InputError, match=r"whole\? In its place there are .*'episode_000040\.par"):
         open_episode(folder)
 
 
