@@ -6,7 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.learners.payload.learner import LoadLearner
-from bodyschema.learners.published.paper_payload import paper_rows
+from bodyschema.learners.published.paper_payload import (
+    READINGS,
+    paper_courses,
+    paper_rows,
+    standing,
+)
 from bodyschema.model.inertia import Inertia, is_physical
 from bodyschema.senses.wrench_means import Averaging
 from bodyschema.senses.wrist_samples import WristSamples
@@ -21,19 +26,31 @@ CURVE = 60
 """Points of a curve that are kept for the picture."""
 
 
-def paper_run(samples: WristSamples, box: Inertia) -> Result:
-    """The smallest eigenvector of the sums after each sample."""
+def paper_run(samples: WristSamples, box: Inertia, noise: Array) -> Result:
+    """The published relation after each fifth sample; its other readings beside the printed one.
+
+    Args:
+        samples: of the motion.
+        box: the truth.
+        noise: (6,) N and Nm of the sensor, for the reading that weighs rows by it.
+    """
     if samples.rotation is None:
         raise ValueError("the paper's form needs the sensor's orientation.")
     wrench, down = samples.wrench, np.asarray(samples.down)
     A = paper_rows(samples.rotation, wrench[:, :3], wrench[:, 3:], down)
-    C = np.cumsum(np.einsum("nij,nik->njk", A, A), axis=0)[5::5]
-    v = np.linalg.eigh(C)[1][:, :, 0]
-    last = np.where(np.abs(v[:, 4]) > 1e-12, v[:, 4], 1e-12)
-    x = v / last[:, None]
-    mass = 1 / np.where(np.abs(x[:, 0]) > 1e-9, x[:, 0], 1e-9)
-    found = _errors(samples.time[5::5], mass, x[:, 1:4], box)
-    return found | {"inertia_pct": None, "inside": None, "physical": bool(mass[-1] > 0)}
+    still = standing(samples.rotation, samples.time)
+    found: Result = {}
+    for reading in READINGS:
+        x = paper_courses(A, noise, still, reading)[5::5]
+        mass = 1 / np.where(np.abs(x[:, 0]) > 1e-9, x[:, 0], 1e-9)
+        told = _errors(samples.time[5::5], mass, x[:, 1:4], box)
+        found[reading] = told | {"physical": bool(mass[-1] > 0)}
+    others = {
+        reading: {key: found[reading][key] for key in ("seconds", "mass_pct", "com_mm")}
+        for reading in READINGS
+    }
+    printed: Result = found["printed"]
+    return printed | {"inertia_pct": None, "inside": None, "readings": others}
 
 
 def learner_run(samples: WristSamples, box: Inertia) -> Result:

@@ -13,35 +13,46 @@ Part = tuple[Mapping[str, Any], Result]
 """Settings of a task, and what it found."""
 
 
-def at_force(
-    force: float, parts: Sequence[Part], others: Sequence[str], false: Mapping[str, float]
-) -> Result:
-    """The cell of a surface and a force.
+def refusals(parts: Sequence[Part], force: float, others: Sequence[str]) -> Result:
+    """Share of the contacts of each other kind, with a force in N, that are taken for no point."""
+    answer: Result = {}
+    for kind in others:
+        here = [r for s, r in parts if s["kind"] == kind and s["force"] == force]
+        answer[kind] = share([verdict != "point" for r in here for verdict in r["verdicts"]])
+    return answer
+
+
+def compared(blocks: Sequence[Result], ending: str, speed: str, speeds: Sequence[str]) -> Result:
+    """Both methods in one case at one force.
 
     Args:
-        force: N.
-        parts: of the surface.
-        others: kinds of contact that are no points.
-        false: touches an hour that were none, by condition; "identified" comes out on top.
+        blocks: what the tasks of a surface and force found.
+        ending: "" within the paper's premises, "_outside" outside them.
+        speed: that of the case; its figures come out on top.
+        speeds: all of them.
+
+    Returns:
+        "faithful" and "better", each with `speeds`; the first with `readings` of the text too.
     """
-    here = [(settings, result) for settings, result in parts if settings.get("force") == force]
-    blocks = [result for settings, result in here if settings["kind"] == "point"]
-    cells = {name: _span([r[name] for r in blocks], rate) for name, rate in false.items()}
-    cells["paper"] = millimetres([e for r in blocks for e in r["identified"]["paper"]])
-    refused = {}
-    for kind in others:
-        verdicts = [v for s, r in here if s["kind"] == kind for v in r["verdicts"]]
-        refused[kind] = share([verdict != "point" for verdict in verdicts])
-    return cells.pop("identified") | cells | {"refused": refused}
+    cells: dict[str, Result] = {"faithful": {}, "better": {}}
+    for s in speeds:
+        here = [block["compared"][ending][s] for block in blocks]
+        readings = {
+            reading: millimetres([e for part in here for e in part["faithful"][reading]])
+            for reading in here[0]["faithful"]
+        }
+        cells["faithful"][s] = readings["one"] | {"readings": readings}
+        cells["better"][s] = span(here)
+    return {name: found[speed] | {"speeds": found} for name, found in cells.items()}
 
 
-def _span(blocks: Sequence[Result], false_per_hour: float) -> Result:
+def span(blocks: Sequence[Result]) -> Result:
+    """Of touches that were looked for: millimetres, and how many were held, missed or invented."""
     errors = [e for block in blocks for e in block["error"]]
     unnoticed = sum(block["unnoticed"] for block in blocks)
     return millimetres(errors) | {
-        "false_per_hour": false_per_hour,
-        "coverage": share([held for block in blocks for held in block["held"]]),
-        "taken_for_points": share([point for block in blocks for point in block["point"]]),
+        "coverage": share([h for block in blocks for h in block["held"]]),
+        "taken_for_points": share([p for block in blocks for p in block["point"]]),
         "unnoticed": unnoticed / (len(errors) + unnoticed),
         "false_between_touches": sum(block["false"] for block in blocks),
         "touches": len(errors) + unnoticed,
