@@ -10,6 +10,9 @@ vislab  N random starts: five stereo pairs, and encoders wrong by up to 15 degre
         and 120. "twenty_frames" is the same from 20 pairs each.
 med7    camera pose (start: the coarse one of the source) and offsets together from five pairs of
         a real arm, by its moving links; INJECTED is added to the joints and looked for again.
+        "injected_error_deg" is accuracy: what is found for the arm with INJECTED, against it; the
+        arm's own zeros count as right. "injected_repeat_deg" is repeatability: the same less what
+        is found without INJECTED, so an error that both answers share is not in it.
         "iou" is of the whole arm with the supplied masks. "without_masks" uses the images only.
 hands   with --hands, in place of the recordings: a simulated hand, see `hand_trials`.
 
@@ -142,10 +145,12 @@ def med7_figures(data: Path, masked: bool) -> dict[str, Any]:
     plain = med7_fit(w, list(w.frames))
     seconds = time.process_time() - begin
     injected = med7_fit(w, shifted(w.frames, w, np.deg2rad(INJECTED)))
-    error = np.rad2deg(injected.estimate.x - plain.estimate.x)[:7] + INJECTED
+    found, without = (np.rad2deg(fit.estimate.x[:7]) for fit in (injected, plain))
+    error, repeat = found + INJECTED, found - without + INJECTED
     whole_arm = replace(plain.model, surface=w.surface)
     return {
         "injected_error_deg": dict(zip(w.joints, error.round(3).tolist(), strict=True)),
+        "injected_repeat_deg": dict(zip(w.joints, repeat.round(3).tolist(), strict=True)),
         "stated_deg": np.rad2deg(plain.estimate.std[:7]).round(3).tolist(),
         "not_identifiable": list(plain.identifiability.sentences),
         "iou": overlap(whole_arm, plain.z, masks.frames),

@@ -165,6 +165,7 @@ PARTS: tuple[Part, ...] = (
     ), needs=("vislab_icub_sim",)),
     Part("med7", "pictures:med7", (
         Figure("offsets", "deg", "lower", 0.03, "a fifth of the least stated deviation"),
+        Figure("repeat", "deg", "lower", 0.03, "a fifth of the least stated deviation"),
         Figure("iou", "1", "higher", 0.003, CHANCE),
         Figure("residual", "px", "lower", 0.02, CHANCE),
     ), needs=("roboreg_med7_zed2i",)),

@@ -12,7 +12,7 @@ from bodyschema.studies.registry import PAPERS, STUDIES, study_class
 from bodyschema.studies.runner import run_study, settings_of
 
 QUICK = {("hersch2008", "figure13"): {"steps": 400}, ("nabeshima", "touch"): {"hours": 0.02}}
-for _name in ("table1", "figure6", "figure7", "figure8"):
+for _name in ("table1", "figure6", "figure7", "figure8", "figure10"):
     QUICK["vicente2016", _name] = {"frames": 3, "closed_frames": 2}
 for _name in ("figure12", "figure13"):
     QUICK["vicente2016", _name] = {"particles": 20, "frames": 2, "closed_frames": 1}

@@ -15,6 +15,8 @@ l_c have the sign of its volume, and these are the weights of its corners' norma
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -67,11 +69,11 @@ def shaded_image(
         camera: the view, without distortion.
         near: m; what is nearer to the plane of the camera is not seen.
     """
-    T = np.asarray(T_cam_piece, dtype=np.float64)
-    of_vertex = np.repeat(np.arange(len(surface.frames)), np.diff(surface.vo))
-    of_face = np.repeat(np.arange(len(surface.frames)), np.diff(surface.fo))
-    points = (T[of_vertex, :3, :3] @ surface.vertices[:, :, None])[..., 0] + T[of_vertex, :3, 3]
-    turned = normals @ np.swapaxes(T[of_face, :3, :3], 1, 2)
+    points, turned = np.empty_like(surface.vertices), np.empty_like(normals)
+    for T, v, f in zip(np.asarray(T_cam_piece), pairwise(surface.vo), pairwise(surface.fo),
+                       strict=True):  # fmt: skip
+        points[slice(*v)] = surface.vertices[slice(*v)] @ T[:3, :3].T + T[:3, 3]
+        turned[slice(*f)] = normals[slice(*f)] @ T[:3, :3].T
     depth = np.full((camera.height, camera.width), np.inf)
     grey = np.zeros(depth.shape, dtype=np.uint8)
     _draw(points[surface.faces], turned, camera.intrinsics, near, AMBIENT, depth, grey)
