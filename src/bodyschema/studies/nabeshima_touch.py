@@ -236,7 +236,8 @@ class TouchStudy(WristPremises):
         by_speed = []
         for surface in SURFACES:
             found = summary["faithful"][surface]["1"]["speeds"].values()
-            by_speed.append(f"{surface} {', '.join(span_text(cell) for cell in found)}")
+            thing = "cup" if surface == "mesh" else surface
+            by_speed.append(f"{thing} {', '.join(span_text(cell) for cell in found)}")
         false = {s: summary["better_outside"][s]["1"]["false_per_hour"] for s in SURFACES}
         felt = sum(false[s] * summary["free_hours"][s] for s in SURFACES)
         return [
