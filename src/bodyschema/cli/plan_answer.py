@@ -62,7 +62,8 @@ def print_plan(console: Console, plan: Plan, body: Body, order: Ints, notes: Seq
     )
     console.print(
         f"\n[bold green]{len(plan.q)} poses[/]  95 % of the tool errors should then stay below "
-        f"[bold]{after:.2f} mm[/], now {before:.2f}; poses at random would give {chance:.2f}.",
+        f"[bold]{after:.2f} mm[/], now {before:.2f}; poses at random would give {chance:.2f}. "
+        "That is of noise alone, within the joint limits, in view or not.",
         highlight=False,
     )
     console.print(_directions(plan) + "\n", highlight=False)
