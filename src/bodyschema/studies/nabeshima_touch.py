@@ -33,7 +33,8 @@ from bodyschema.studies.touch_runs import (
     paper_load,
     paper_place,
 )
-from bodyschema.studies.touch_summary import Part, compared, percent, refusals, span, span_text
+from bodyschema.studies.touch_summary import Part, compared, refusals, span
+from bodyschema.studies.touch_table import HEADERS, touch_lines, touch_notes
 from bodyschema.studies.wrist_premises import Premises, WristPremises
 
 if TYPE_CHECKING:
@@ -212,50 +213,11 @@ class TouchStudy(WristPremises):
 
     def rows(self, summary: Mapping[str, Any]) -> Rows:
         """Two lines for each surface and force: within the premises, and outside."""
-        headers = ("N", "theirs", "mean", "ours", "gains", "held", "refused")
-        table = []
-        for surface in SURFACES:
-            for force in (f"{force:g}" for force in FORCES):
-                for ending, where in (("", "in"), ("_outside", "out")):
-                    theirs = summary[f"faithful{ending}"][surface][force]
-                    ours = summary[f"better{ending}"][surface][force]
-                    spans = [theirs, theirs["readings"]["mean"], ours]
-                    refused = ours.get("refused", {})
-                    table.append(
-                        [
-                            f"{'cup' if surface == 'mesh' else surface} {force} {where}",
-                            *(span_text(part) for part in spans),
-                            span_text(ours["gain"]) if "gain" in ours else "-",
-                            percent(ours["coverage"]),
-                            "/".join(percent(refused.get(kind)) for kind in OTHERS),
-                        ]
-                    )
-        return Rows(headers, table, self._notes(summary))
-
-    def _notes(self, summary: Mapping[str, Any]) -> list[str]:
-        by_speed = []
-        for surface in SURFACES:
-            found = summary["faithful"][surface]["1"]["speeds"].values()
-            thing = "cup" if surface == "mesh" else surface
-            by_speed.append(f"{thing} {', '.join(span_text(cell) for cell in found)}")
-        false = {s: summary["better_outside"][s]["1"]["false_per_hour"] for s in SURFACES}
-        felt = sum(false[s] * summary["free_hours"][s] for s in SURFACES)
-        return [
+        notes = [
             f"in: the paper's premises ({self.within.text}); out: {self.outside.text}.",
-            "Millimetres between the place and the true one, median/95 %: by the published load "
-            "and one reading of each touch, or the mean of its middle half; by ours, learned from "
-            "20 s of motion; the same with the gains of the six readings off by 1 %. The paper "
-            "says that errors on its table went up to 100 mm.",
-            f"Theirs with 1 N, no other premise broken, at "
-            f"{', '.join(f'x{speed:g}' for speed in self.speeds)}: {'; '.join(by_speed)}.",
-            "Held: % of the true places in our 95 % ellipse. Refused: % of soft and of moving "
-            "contacts that are not taken for a point.",
-            f"False touches of ours: {felt:.0f} in {sum(summary['free_hours'].values()):g} h of "
-            "free motion, out, load learned.",
-            f"A sample of the finder took {summary['microseconds_a_sample_free']:.0f} "
-            f"microseconds without a touch, {summary['microseconds_a_sample_touched']:.0f} when "
-            "a third of the time something touched.",
+            *touch_notes(summary, SURFACES),
         ]
+        return Rows(HEADERS, touch_lines(summary, SURFACES, FORCES, OTHERS), notes)
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
         """Error against force: a panel for each surface, above within the premises, below not."""
