@@ -329,6 +329,14 @@ drive = "motors"
     assert loaded.body.part("motors").names[0] == f"inertia_{arm.joints[0]}"
 
 
+def test_torques_without_columns(written: Any, arm: Body) -> None:
+    """Found by the fuzz bench: an IndexError."""
+    load_of = '[parts.fore]\nkind = "load"\nknown = "no"\n[[senses]]\nkind = "torques"\n'
+    ends = 'seen_from = "base"\nseen = "base"\ncolumns = []\nloads = { link_3 = "fore" }\n'
+    with pytest.raises(InputError, match="torques has 3 columns, 0 were named"):
+        load(written(load_of + ends, {"i": np.zeros(6)}))
+
+
 def test_a_late_stream(written: Any, arm: Body, q: Array) -> None:
     time = 0.1 * np.arange(6.0)
     run = written(

@@ -48,8 +48,9 @@ def torques(entry: SenseEntry, at: Moments) -> Sense:
     if entry.per_ampere:
         scales = np.array(entry.per_ampere, dtype=np.float64)
     one = len(entry.columns) == 1 and "{joint}" in entry.columns[0]
-    names = [entry.columns[0].replace("{joint}", column_of(j, at.joints)) for j in at.body.joints]
-    columns = replace(entry, columns=tuple(names)) if one else entry
+    named = [column_of(joint, at.joints) for joint in at.body.joints]
+    every = tuple(entry.columns[0].replace("{joint}", name) for name in named) if one else ()
+    columns = replace(entry, columns=every) if one else entry
     values, rows = columns_of(columns, at, count)
     if len(scales) != count:
         raise InputError(f"per_ampere has {len(scales)} numbers for {count} joints.")
