@@ -14,6 +14,7 @@ from bodyschema.errors import InputError, did_you_mean
 
 VERBS = {
     "calibrate": "calibrate.Calibrate",
+    "inspect": "inspect.Inspect",
     "simulate": "simulate.Simulate",
     "plan": "plan.PlanPoses",
     "check": "check.Check",

@@ -23,6 +23,8 @@ from bodyschema.sources.recording import TIME_COLUMNS, Recording
 
 Array = NDArray[np.float64]
 
+ENDINGS = (".npz", ".npy")
+
 TIME = TIME_COLUMNS[0]
 
 MATRICES = ((3, 4), (4, 4), (3, 3))

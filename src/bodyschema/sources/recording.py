@@ -37,6 +37,9 @@ LARGEST = 1e30
 
 TIME_COLUMNS = ("time", "t", "timestamp")
 
+SINCE_1970 = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
+"""From which size on times are ns, us or ms since 1970: in s it is the year 5138 and later."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -111,7 +114,7 @@ class Recording:
         if not present.all():
             row = int(np.argmin(present))
             raise InputError(f"time is empty in row {row} of {self.source}; fill or drop the row.")
-        times = values[:, 0]
+        times = seconds(values[:, 0])
         back = np.flatnonzero(np.diff(times) <= 0)
         if len(back):
             row = int(back[0]) + 1
@@ -129,6 +132,12 @@ class Recording:
         if name in self.texts:
             raise InputError(f"column '{name}' of {self.source} does not hold numbers.")
         raise InputError(f"no column '{name}' in {self.source}{did_you_mean(name, self.columns)}")
+
+
+def seconds(time: Array) -> Array:
+    """Times in s, (n,): stamps since 1970 in ns, us or ms are told by size; see SINCE_1970."""
+    least = float(np.min(time, initial=np.inf))
+    return time * next((unit for size, unit in SINCE_1970 if size <= least < np.inf), 1.0)
 
 
 def beside(recordings: Iterable[Recording]) -> Recording:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.atomic import new_file
 from bodyschema.documents import is_there, regular_file
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.sources.arrays import ENDINGS as ARRAYS
 from bodyschema.sources.arrays import read_arrays
 from bodyschema.sources.bags import is_bag, read_bag
 from bodyschema.sources.conversions import conversion
@@ -25,8 +26,6 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 WRITERS = (".csv", ".parquet")
-
-ARRAYS = (".npz", ".npy")
 
 
 def open_recording(path: str | Path | Sequence[str | Path]) -> Recording:

@@ -25,7 +25,12 @@ class Frame:
 
 def test_arrays_by_name(tmp_path: Path) -> None:
     poses = np.arange(48.0).reshape(3, 4, 4)
-    arrays = {"t": np.arange(3), "q": np.arange(6.0).reshape(3, 2), "T": poses, "gain": [1.0]}
+    arrays: dict[str, Any] = {
+        "t": np.arange(3),
+        "q": np.arange(6.0).reshape(3, 2),
+        "T": poses,
+        "gain": [1.0],
+    }
     np.savez(tmp_path / "a.npz", note=np.array(["x", "y", "z"]), **arrays)
     for found in (bs.open(tmp_path / "a.npz"), bs.open(arrays)):
         assert list(found.columns)[:4] == ["t", "q_0", "q_1", "T_00"] or found.texts == {
