@@ -16,6 +16,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "plain_docstrings",
+    "published_results",
     "reference_pages",
 ]
 exclude_patterns = ["_build", "_ext"]

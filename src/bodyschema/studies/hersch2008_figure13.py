@@ -148,7 +148,7 @@ class Figure13:
             _panel(axes, limb, first)
             axes.axhline(100 * self.noise, color="0.4", lw=0.8, ls=":", label="noise of the eyes")
         panels[0].set_ylabel("distance of the tip, cm")
-        panels[1].legend(loc="upper right", frameon=False, fontsize=8)
+        panels[1].legend(loc="upper right", framealpha=0.9, edgecolor="none", fontsize=8)
         return figure
 
 
