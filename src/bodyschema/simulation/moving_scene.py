@@ -23,7 +23,12 @@ from bodyschema.simulation.acting_robots import (
 )
 from bodyschema.simulation.film import HEIGHT, WIDTH, Film
 from bodyschema.simulation.pixel_speed import pixel_speeds
-from bodyschema.simulation.random_motions import RATE, Motions, draw_motions
+from bodyschema.simulation.random_motions import (
+    RATE,
+    Motions,
+    draw_motions,
+    with_confirmation,
+)
 
 Array = NDArray[np.float64]
 Carried = Literal["nothing", "rod", "sleeve"]
@@ -49,6 +54,8 @@ class MovingScene:
     seed: int = 0
     """Of stage, camera, posture, motion and noise."""
     motions: int = 15
+    confirm: bool = False
+    """Whether each motion is made back and once more: the confirming motion."""
     head_moves: bool = False
     """Whether the joints that carry the camera take part in the motions."""
     carried: Carried = "nothing"
@@ -100,7 +107,9 @@ class Studio:
         drawn = draw_motions(home, self.scene.motions, robot.reach, rng)
         if not self.scene.head_moves:
             drawn.turn[:, len(robot.arm) :] = 0.0
-        return drawn
+        if not self.scene.confirm:
+            return drawn
+        return with_confirmation(drawn, np.random.default_rng([self.scene.seed, 5]))
 
     def film(self) -> Film:
         """All frames.

@@ -24,6 +24,10 @@ LEAST_REST, MOST_REST = 0.5, 0.7
 """s between motions."""
 LEAD = 0.7
 """s of rest before the first motion and after the last one."""
+PERTURBED = 0.1
+"""Share by which a motion that is made again differs in width and length, at most."""
+CONFIRMED = 3
+"""Motions that make one with its confirmation: the motion, the way back, and once more."""
 
 
 @dataclass(frozen=True)
@@ -78,3 +82,33 @@ def draw_motions(home: Array, count: int, reach: Array, rng: np.random.Generator
         end[m] = now + whole
         now = end[m] + rng.uniform(LEAST_REST, MOST_REST)
     return Motions(home, begin, length, turn, end)
+
+
+def with_confirmation(drawn: Motions, rng: np.random.Generator) -> Motions:
+    """Each motion, then back to the posture where it began, then the motion again, perturbed.
+
+    Args:
+        drawn: (M, J) motions; they keep the places that they go to.
+        rng: of perturbations and rests.
+
+    Returns:
+        3 M motions.
+    """
+    M, J = drawn.turn.shape
+    begin, length, turn = (np.empty((CONFIRMED * M, J)) for _ in range(3))
+    end, now, here = np.empty(CONFIRMED * M), LEAD, np.zeros(J)
+    starts = np.concatenate([[LEAD], drawn.end[:-1]])
+    places = np.cumsum(drawn.turn, axis=0)
+    for m in range(M):
+        # What came between the last motion and this one is a rest of all joints.
+        first = max(float(starts[m]), float(drawn.end[m]) - LONGEST)
+        way = np.where(drawn.turn[m] != 0, places[m] - here, 0.0)
+        for part, sign in enumerate((1.0, -1.0, 1.0)):
+            row, other = CONFIRMED * m + part, float(part > 0)
+            turn[row] = sign * way * (1 + other * rng.uniform(-PERTURBED, PERTURBED, J))
+            slower = 1 + other * rng.uniform(-PERTURBED, PERTURBED)
+            begin[row] = now + slower * (drawn.begin[m] - first)
+            length[row], end[row] = slower * drawn.length[m], now + slower * (drawn.end[m] - first)
+            here = here + turn[row]
+            now = end[row] + rng.uniform(LEAST_REST, MOST_REST)
+    return Motions(drawn.home, begin, length, turn, end)

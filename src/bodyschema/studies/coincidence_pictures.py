@@ -3,36 +3,15 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bodyschema.attention.body_in_view import BodyInView
-from bodyschema.attention.frames import Frame
-from bodyschema.attention.onsets import OnsetCoincidence, OnsetState
-from bodyschema.simulation.film import Film
 from bodyschema.studies.watched_scenes import CELL
 from bodyschema.vision.flow import opencv
 
 Grey = NDArray[np.uint8]
-
-
-def watched(film: Film, joints: tuple[str, ...]) -> Iterator[tuple[OnsetState, BodyInView, Grey]]:
-    """The published detector's state and answer after each frame, with the frame."""
-    detector = OnsetCoincidence(joints)
-    height, width = film.pictures.shape[1:]
-    state = detector.start((width, height))
-    for time, picture, q in zip(film.time, film.pictures, film.q[:, : len(joints)], strict=True):
-        state, _ = detector.step(state, (Frame(float(time), picture, q),))
-        yield state, detector.found(state), picture
-
-
-def first_onset(state: OnsetState) -> float | None:
-    """s, when the first joint rose; None if none has."""
-    risen = state.joint_onset[np.isfinite(state.joint_onset)]
-    return float(risen.min()) if len(risen) else None
 
 
 def packed(picture: Grey) -> str:

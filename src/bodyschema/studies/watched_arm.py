@@ -60,10 +60,10 @@ class Course:
         if self.ramp < 0:
             raise InputError(f"a change takes no time or some; got {self.ramp:g} s.")
 
-    def stream(self, rng: np.random.Generator) -> Stream:
-        """All samples of one experiment."""
+    def stream(self, rng: np.random.Generator, speed: float = 0.5) -> Stream:
+        """All samples of one experiment, at a peak joint speed as a share of the limits."""
         scene = draw_scene(rng)
-        time, q = draw_motion(SECONDS, rng, scene.T_world_cam)
+        time, q = draw_motion(SECONDS, rng, scene.T_world_cam, speed)
         T_real = _real_poses(q)
         rod = self.rod * _direction(rng)
         turn, shift = self.turn * _direction(rng), 0.0114 * np.degrees(self.turn) * _direction(rng)
@@ -99,9 +99,9 @@ def _direction(rng: np.random.Generator) -> Array:
     return np.asarray(v / np.linalg.norm(v))
 
 
-def watch_faithfully(seen: Stream, noise: float) -> dict[str, Any]:
-    """The published learner on a stream: its events and curves."""
-    learner = PaperRelation(16)
+def watch_faithfully(seen: Stream, noise: float, ssd: float = 0.1) -> dict[str, Any]:
+    """The published learner on a stream, stopping below an SSD: its events and curves."""
+    learner = PaperRelation(16, closest=ssd)
     state, events, curves = learner.start(), [], []
     points = stereo(noise).triangulate(seen.pixels[:, 0])
     for i in range(len(seen)):

@@ -1,0 +1,57 @@
+"""Figures 8 and 9 in several readings: which are run, on which streams, and what they hold."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from bodyschema.errors import InputError
+from bodyschema.studies.nabeshima_figure9 import Figure9
+from bodyschema.studies.runner import run_study
+from bodyschema.studies.watched_readings import NEAREST, PRINTED
+
+
+@pytest.fixture(scope="module")
+def done():
+    study = Figure9(runs=1)
+    return study, json.loads(json.dumps(study.summary(run_study(study, 1)), allow_nan=False))
+
+
+def test_the_flags_come_first_and_no_reading_twice():
+    readings = Figure9().readings
+    assert readings[0] == NEAREST
+    assert len(set(readings)) == len(readings) >= 4
+    assert Figure9(ssd=0.1, speed=0.5).readings[0] == PRINTED
+    assert len(Figure9(ssd=0.1, speed=0.5).readings) == len(readings) - 1
+
+
+def test_the_nearest_reading_notices_both_changes_without_a_false_alarm(done):
+    _, summary = done
+    assert summary["premises"]["ssd"] == NEAREST.ssd
+    assert summary["faithful"]["detected"] == 1.0
+    assert summary["faithful"]["false_alarms"] == 0
+    assert summary["faithful"]["delay_s"]["median"] == pytest.approx(0.3, abs=0.05)
+
+
+def test_as_printed_in_fast_motion_it_raises_false_alarms_all_the_time(done):
+    _, summary = done
+    assert summary["faithful_outside"]["spurious_a_run"] > 5
+    assert summary["faithful_outside"] == summary["readings"][PRINTED.name]["faithful"]
+
+
+def test_ours_stands_beside_it_on_each_stream(done):
+    study, summary = done
+    for reading in study.readings:
+        ours = summary["readings"][reading.name]["better"]
+        assert ours["detected"] == 1.0
+        assert ours["false_alarms"] == 0
+    slow, fast = (summary["readings"][name]["better"]["first_known_s"]["median"]
+                  for name in ("SSD 0.1, speed 0.125", PRINTED.name))  # fmt: skip
+    assert slow > fast
+
+
+def test_an_ssd_that_nothing_is_below_is_refused():
+    study = Figure9(runs=1, ssd=0.0)
+    with pytest.raises(InputError, match="got 0"):
+        study.work(study.tasks()[0])
