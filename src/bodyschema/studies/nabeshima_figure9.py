@@ -185,7 +185,7 @@ def _draw_faithful(panels: Sequence[Axes], curves: Sequence[Result]) -> None:
     for i in range(4):
         squares = [point["squares"][i] if point["squares"] else np.nan for point in curves]
         panels[0].semilogy(time, squares, lw=1, label=f"$\\lambda_{{{16 - i}}}$")
-    panels[0].legend(loc="upper right", ncols=4, fontsize=7, frameon=False)
+    panels[0].legend(loc="center", bbox_to_anchor=(0.4, 0.85), ncols=4, fontsize=7, frameon=False)
     panels[0].set_ylabel("published:\nsingular values, m²")
     for key, axes, label in (("closeness", panels[1], "SSD"), ("error", panels[2], "error, m²")):
         values = [np.nan if point[key] is None else point[key] for point in curves]
