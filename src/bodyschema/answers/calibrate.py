@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from bodyschema.answers.answer import Answer
+from bodyschema.answers.board_size import wrong_sizes
 from bodyschema.answers.lookout import Lookout, far_zeros, with_zeros
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.estimation.problem import Knowledge, Problem, check_problem, moved_joints
@@ -106,7 +107,7 @@ def calibrate(
         searched = with_zeros(problem, models, seed)
         found = judge(searched) if searched.zeros else found
     nominal = replace(described or body, remarks=body.remarks)
-    told = (*found.findings, *far_zeros(found))
+    told = (*found.findings, *far_zeros(found), *wrong_sizes(found))
     answer = Answer.of(found, problem.senses, nominal, run, learner=learner, findings=told)
     return answer.believed(look.trust(found, problem.senses))
 

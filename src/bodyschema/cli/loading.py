@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import cast
 
 from bodyschema import lie
+from bodyschema.cli.reading.board_senses import board_remarks, with_begun_lenses
 from bodyschema.cli.reading.joints import read_joints as read_joints
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.part_kinds import freed, made
@@ -67,6 +68,8 @@ def load(run: RunFile) -> Loaded:
     else:
         opened = read_recordings(run, body)
     senses = make_senses(run, opened)
+    body = with_begun_lenses(run, body, senses)
+    body = replace(body, remarks=(*body.remarks, *board_remarks(run, opened, senses)))
     _refuse_unused(run, parts)
     rows = {at.source: at.first for at in opened.values()}
     return Loaded(nominal, body, senses, frames, parts, rows)

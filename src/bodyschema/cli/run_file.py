@@ -7,6 +7,7 @@
     append = ["tuesday.csv"]                # optional: further recordings with the same columns
     join = "rows"                           # optional; "time": files are streams of their own
     time = "t"                              # optional: the column of times; "" if there is no clock
+    rate_hz = 100.0                         # optional: rows a second of files without times
     learner = "batch"                       # optional; or an online learner, see LEARNERS
 
     [joints]
@@ -37,6 +38,7 @@
     std = 0.5                               # optional: noise, in the units of the columns
     stated = true                           # optional: the noise is known and is not learnt
     clock = "late"                          # optional: a part "clock", whose lag is looked for
+    where = "marker == 3"                   # optional: rows of a long table that are meant
 
     [free]                                  # optional
     groups = ["offsets", "axes", "links"]   # chosen by held-out error when absent
@@ -66,6 +68,7 @@ from bodyschema.cli.entry_types import (
     section,
 )
 from bodyschema.cli.reading.appended import with_appended
+from bodyschema.cli.reading.board_sizes import with_doubted_sizes
 from bodyschema.cli.reading.checks import check_keys
 from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
 from bodyschema.cli.reading.part_entry import PartEntry
@@ -112,6 +115,8 @@ class RunFile:
     append: tuple[str, ...] = ()
     """Empty once it is read: each recording is one of senses of its own, see `appended`."""
     time: str | None = None
+    rate_hz: float | None = None
+    """Rows a second of recordings without a column of times."""
     packages: dict[str, str] = field(default_factory=dict)
     robot_arguments: dict[str, str] = field(default_factory=dict)
     """Of a robot that is a xacro file, by name."""
@@ -137,6 +142,8 @@ class RunFile:
             raise InputError(f"folds = {self.folds} in {where}; give 2 to {MOST_FOLDS}.")
         if self.seed < 0:
             raise InputError(f"seed = {self.seed} in {where}; it is 0 or more.")
+        if self.rate_hz is not None and self.rate_hz <= 0:
+            raise InputError(f"rate_hz = {self.rate_hz:g} in {where} must be above 0.")
         one_of("learner", self.learner, LEARNERS, where)
         one_of("join", self.join, JOINS, where)
         if self.join == "time" and (self.hand_eye or self.wrist or self.pictures):
@@ -225,6 +232,8 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         "robot_arguments": argument_words(table.get("robot_arguments", {})),
     }
     refuse_unknown(RunFile, entries, where)
+    doubted = with_doubted_sizes(entries["parts"], entries["senses"])
+    entries["parts"], entries["senses"] = doubted
     appended = [
         files(one, "append", where, here)
         for one in listed(entries.get("append"), "append", where, "recordings")

@@ -1,4 +1,6 @@
-"""Every kind of sense through calibrate, check, plan and report; outlines in test_together."""
+"""Every kind of sense through calibrate, check, plan and report; outlines in test_together and
+boards in test_board_senses.
+"""
 
 from __future__ import annotations
 
@@ -142,7 +144,7 @@ def test_a_kind_through_every_verb(
 
 
 def test_no_kind_is_left_out() -> None:
-    assert {*LINES, "outlines"} == {*KINDS}
+    assert {*LINES, "outlines", "board"} == {*KINDS}
 
 
 def test_the_eye_sees_the_tool() -> None:

@@ -38,6 +38,9 @@ ROUGH_LOAD = (0.1, *[0.3] * 3, *[0.05] * 3, *[0.02] * 3)
 USUAL_RADIUS = 0.05
 """m of a ball whose moments a load has where nobody gives them."""
 
+USUAL_FOV = 60.0
+"""deg, of a lens that nobody knows; the size of its priors, and no more, comes from it."""
+
 DISTANCE_OFFSET = 0.05
 """m: prior of the offset of a sensor that reads a distance."""
 
@@ -64,12 +67,13 @@ def freed(entry: PartEntry, name: str, part: Part) -> tuple[str, ...] | None:
     """Names of the numbers of a part that are free; None for all.
 
     "offset" is that of every channel. The distortion of a lens is free where it is given, or asked
-    for.
+    for, and of a lens of which nothing is known.
     """
     if entry.free:
         chosen = {i for start in entry.free for i in _numbers(part, start, f"[parts.{name}]")}
         return tuple(part.names[i] for i in sorted(chosen))
-    return part.names[:4] if entry.kind == "lens" and not entry.distortion else None
+    stated = entry.kind == "lens" and not unstated(entry)
+    return part.names[:4] if stated and not entry.distortion else None
 
 
 def camera(entry: PartEntry, frame: str, where: str) -> Camera:
@@ -81,7 +85,10 @@ def camera(entry: PartEntry, frame: str, where: str) -> Camera:
     if len(entry.size) != 2:
         raise InputError(f"{where} needs size = [width, height] of the pictures, px.")
     if entry.fx is None and entry.fov_deg is None:
-        raise InputError(f"{where} needs fx, the focal length in px, or fov_deg.")
+        raise InputError(
+            f"{where} needs fx, the focal length in px, or fov_deg; where pictures of a board are "
+            'to tell it, known = "no".'
+        )
     width, height = entry.size
     fov = float(np.deg2rad(60.0 if entry.fov_deg is None else entry.fov_deg))
     f, _, middle_x, middle_y = Camera.from_fov(frame, frame, width, height, fov).intrinsics
@@ -91,6 +98,11 @@ def camera(entry: PartEntry, frame: str, where: str) -> Camera:
     cy = middle_y if entry.cy is None else entry.cy
     K = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
     return Camera(frame, frame, width, height, K, np.array(entry.distortion))
+
+
+def unstated(entry: PartEntry) -> bool:
+    """Whether a lens has no focal length, so that pictures of a board have to tell it."""
+    return entry.kind == "lens" and entry.fx is None and entry.fov_deg is None
 
 
 def _numbers(part: Part, start: str, where: str) -> list[int]:
@@ -104,6 +116,8 @@ def _numbers(part: Part, start: str, where: str) -> list[int]:
 
 def _lens(entry: PartEntry, where: str, body: Body) -> Part:
     whole = bool(entry.size)
+    if unstated(entry) and entry.known == "no":
+        entry = replace(entry, fov_deg=USUAL_FOV)
     if not whole and (entry.fx is None or entry.cx is None or entry.cy is None):
         raise InputError(
             f"{where} needs fx, cx and cy in px, or the size = [width, height] of the pictures "

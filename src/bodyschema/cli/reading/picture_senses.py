@@ -19,7 +19,8 @@ from bodyschema.vision.surface import Surface
 
 def pixels(entry: SenseEntry, at: Moments) -> Sense:
     """Points in the pictures of a camera. Raises InputError."""
-    target = np.array(entry.target or [(0.0, 0.0, 0.0)], dtype=np.float64)
+    listed = entry.target if isinstance(entry.target, tuple) else ((0.0,),)
+    target = np.array(listed or [(0.0, 0.0, 0.0)], dtype=np.float64)
     if target.ndim != 2 or target.shape[1] != 3:
         raise InputError("target of a sense of pixels is a list of points, [x, y, z] in m each.")
     pairs = _pairs(entry, len(target))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,8 @@ class SenseEntry:
     """Of lengths, or of accelerations; m and m/s^2 when empty."""
     recording: tuple[str, ...] = ()
     """Files of its own; those of the run when empty."""
+    where: str = ""
+    """Rows of a long table that are meant, "marker == 3"; all when empty."""
     time: str | None = None
     """Column of times of its own recording; see the run file."""
     std: float | tuple[float, ...] | None = None
@@ -38,8 +41,8 @@ class SenseEntry:
     """m, the point of `seen` that touches each time."""
     lens: str = ""
     """Part "lens" of the camera `seen_from`."""
-    target: tuple[tuple[float, ...], ...] = ()
-    """m, the points of `seen`, two columns each."""
+    target: tuple[tuple[float, ...], ...] | dict[str, Any] = ()
+    """Of pixels: the points of `seen`, m, two columns each; of a board: keys of `Target`."""
     scale: str = ""
     """Part "target"."""
     masks: str = ""

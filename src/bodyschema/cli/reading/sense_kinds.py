@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
+from bodyschema.cli.reading.board_senses import board
 from bodyschema.cli.reading.columns import columns_of, expanded, length, point, turn
 from bodyschema.cli.reading.force_senses import torques, wrenches
 from bodyschema.cli.reading.moments import Moments
@@ -35,6 +36,7 @@ Ints = NDArray[np.int64]
 
 COMMON = (
     "kind", "seen_from", "seen", "columns", "recording", "time", "std", "stated", "clock", "speeds",
+    "where",
 )  # fmt: skip
 """Keys of every kind."""
 
@@ -164,6 +166,12 @@ KINDS: dict[str, Kind] = {
         ("unit", "lens", "target", "scale"),
         ("seen", "columns", "lens"),
         pixels,
+    ),
+    "board": Kind(
+        "none, or the number in the picture's name",
+        ("images", "lens", "target", "scale"),
+        ("seen", "images", "lens", "target"),
+        board,
     ),
     "outlines": Kind(
         "none, or the number in the picture's name",

@@ -1,0 +1,118 @@
+"""A folder of board pictures with known truth: an arm with wrong zeros and a camera on its wrist.
+
+Pictures are drawn by OpenCV (`drawn_board`), the arm is that of `simulation.wrist_camera`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bodyschema import lie
+from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.simulation.wrist_camera import (
+    T_BASE_BOARD,
+    T_FLANGE_CAMERA,
+    WristCamera,
+    simulate_wrist_camera,
+)
+from bodyschema.sources.tables import write_table
+from bodyschema.vision.targets.target import Target
+from drawn_board import drawn
+
+Array = NDArray[np.float64]
+
+CHARUCO = Target("charuco", 7, 5, 0.03, 0.022, "4X4_50")
+
+RUN = """robot = "arm.urdf"
+recording = "joints.csv"
+[frames.camera]
+parent = "flange"
+known = "no"
+[frames.board]
+parent = "base"
+known = "no"
+[parts.lens]
+kind = "lens"
+{lens}
+size = [640, 480]
+[[senses]]
+kind = "board"
+seen_from = "camera"
+seen = "board"
+images = "shots/{{row}}.png"
+lens = "lens"
+target = {target}
+"""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is to be found."""
+
+    T_link_camera: Array
+    T_link_board: Array
+    offsets: Array
+    """(6,) rad"""
+
+
+def write_board_folder(
+    folder: Path,
+    n: int = 15,
+    seed: int = 0,
+    target: Target = CHARUCO,
+    declared: Target | None = None,
+    lens: str = 'known = "no"',
+    others: Collection[int] = (),
+    noise: float = 2.0,
+) -> Truth:
+    """Write arm.urdf, joints.csv, shots and run.toml.
+
+    Args:
+        folder: is there.
+        n: pictures.
+        seed: of the postures and the noise.
+        target: that is drawn.
+        declared: in the run file; the same when None.
+        lens: lines of its section.
+        others: pictures in which the board lies elsewhere, as if it were another.
+        noise: of the pictures, grey levels.
+    """
+    import cv2
+
+    recorded = simulate_wrist_camera(WristCamera(n, seed, 2.0, noise_mm=0, noise_deg=0))
+    middle = (target.corners.min(axis=0) + target.corners.max(axis=0)) / 2
+    flip = lie.transform(np.diag([1.0, -1.0, -1.0]), -np.diag([1.0, -1.0, -1.0]) @ middle)
+    rng = np.random.default_rng([seed, 5])
+    (folder / "shots").mkdir()
+    for row, T in enumerate(recorded.postures.T_board_camera):
+        T_camera_target = lie.inverse(T) @ flip
+        if row in others:
+            T_camera_target = T_camera_target @ lie.transform(
+                lie.exp_so3([0.1, -0.15, 1.0]), [0.06, -0.03, 0.01]
+            )
+        grey = drawn(target, T_camera_target) + rng.normal(0, noise, (480, 640))
+        cv2.imwrite(str(folder / "shots" / f"{row}.png"), np.clip(grey, 0, 255).astype(np.uint8))
+    arm = recorded.believed
+    (folder / "arm.urdf").write_bytes(write_urdf(arm))
+    readings = dict(zip(arm.joints, recorded.postures.q.T, strict=True))
+    write_table(folder / "joints.csv", readings)
+    (folder / "run.toml").write_text(RUN.format(lens=lens, target=as_toml(declared or target)))
+    return Truth(T_FLANGE_CAMERA, T_BASE_BOARD @ flip, recorded.offsets)
+
+
+def as_toml(target: Target) -> str:
+    """A target as an inline table of a run file."""
+    usual = replace(target, marker_m=0.0, dictionary="", first_id=0, asymmetric=False, legacy=False)
+    kept = {k: v for k, v in vars(target).items() if k in NEEDED or v != getattr(usual, k)}
+    words = (
+        f'{k} = "{v}"' if isinstance(v, str) else f"{k} = {str(v).lower()}" for k, v in kept.items()
+    )
+    return "{ " + ", ".join(words) + " }"
+
+
+NEEDED = ("kind", "columns", "rows", "square_m")

@@ -1,0 +1,1 @@
+"""Boards and tags: what they look like, and where pictures show their corners."""

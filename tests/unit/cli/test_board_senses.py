@@ -1,0 +1,116 @@
+"""Photographs of a board through `calibrate`: drawn pictures, known truth."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from board_folder import CHARUCO, Truth, write_board_folder
+from bodyschema.cli import run
+from bodyschema.vision.targets.target import Target
+
+cv2 = pytest.importorskip("cv2")
+
+
+def calibrated(
+    folder: Path, capsys: pytest.CaptureFixture[str], *flags: str
+) -> tuple[int, dict[str, Any], str]:
+    asked = ["calibrate", str(folder / "run.toml"), "--out", str(folder / "out"), "--json"]
+    code = run([*asked, "--free", "offsets", *flags])
+    said = capsys.readouterr()
+    return code, json.loads(said.out) if said.out else {}, said.out + said.err
+
+
+def assert_right(answer: dict[str, Any], truth: Truth) -> None:
+    """Zeros within their error bars; a drawn pixel is off by some hundredths itself."""
+    found = {p["name"]: p for p in answer["parameters"]}
+    names = ("shoulder_lift", "elbow", "wrist_1", "wrist_2")
+    for name, true in zip(names, truth.offsets[1:5], strict=True):
+        one = found[f"{name}.offset"]
+        assert abs(one["value"] - true) < 4 * one["std"] + 1e-4, name
+
+
+def test_lens_camera_board_and_zeros_in_one_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nobody knows anything but the board; and a lens of which no word is said is 600 px long."""
+    truth = write_board_folder(tmp_path)
+    code, answer, _ = calibrated(tmp_path, capsys)
+    assert code == 0
+    assert answer["trust"]["level"] == "good"
+    assert answer["held_out"]["image_px"]["rms"] < 0.1
+    assert_right(answer, truth)
+    assert any("in 15 of 15 pictures" in note for note in answer["notes"])
+
+
+def test_pictures_of_another_board_are_held_off(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truth = write_board_folder(tmp_path, others=(2, 7, 11))
+    _, answer, _ = calibrated(tmp_path, capsys)
+    assert_right(answer, truth)
+    assert set(answer["outliers"]) == {2, 7, 11}
+
+
+def test_squares_of_another_size_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = replace(CHARUCO, square_m=1.05 * CHARUCO.square_m, marker_m=1.05 * CHARUCO.marker_m)
+    truth = write_board_folder(tmp_path, declared=wrong, lens="fx = 600.0")
+    code, answer, said = calibrated(tmp_path, capsys, "--force")
+    assert_right(answer, truth)
+    assert code == 1 or answer["trust"]["level"] == "contradicted"
+    assert "0.952" in said
+    scale = next(p for p in answer["parameters"] if p["name"] == "size_of_board.scale")
+    assert 1 + scale["value"] == pytest.approx(1 / 1.05, abs=2e-3)
+
+
+def test_a_board_that_looks_the_same_turned_round(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """9 x 7 corners come out either way round; the postures tell which."""
+    truth = write_board_folder(tmp_path, target=Target("chessboard", 9, 7, 0.013))
+    code, answer, _ = calibrated(tmp_path, capsys)
+    assert code == 0
+    assert answer["held_out"]["image_px"]["rms"] < 0.2
+    assert_right(answer, truth)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("size = [640, 480]", "size = [1280, 720]", "have 640 x 480 pixels"),
+        ("columns = 7", "columns = 9", "check columns, rows, dictionary"),
+        ('kind = "charuco"', 'kind = "charucco"', "did you mean 'charuco'"),
+        ("target = {", "target = [] # {", "is a table, such as"),
+        ("{row}.png", "{row}.jpg", "0.jpg"),
+        ('known = "no"\nsize', "size", 'known = "no"'),
+    ],
+)
+def test_what_cannot_be_used_ends_in_a_sentence(
+    pictures: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    old: str,
+    new: str,
+    words: str,
+) -> None:
+    text = (pictures / "run.toml").read_text()
+    assert old in text
+    for name in ("arm.urdf", "joints.csv", "shots"):
+        text = text.replace(f'"{name}', f'"{pictures}/{name}')
+    (tmp_path / "run.toml").write_text(text.replace(old, new))
+    code, _, said = calibrated(tmp_path, capsys)
+    assert code == 2
+    assert words in said.replace("\n", " ")
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("pictures")
+    write_board_folder(folder, n=3)
+    return folder
