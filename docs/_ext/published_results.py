@@ -67,7 +67,8 @@ def shown(value: float | None) -> str:
 def _put_in(app: Sphinx, page: str, source: list[str]) -> None:
     for found in PLACE.finditer(source[0]):
         # A page is read again when one of its tables has changed.
-        app.env.dependencies[page] |= {str(path) for path in files(found[1])}
+        for path in files(found[1]):
+            app.env.note_dependency(path, docname=page)
     source[0] = PLACE.sub(lambda found: tables(found[1]), source[0])
 
 
