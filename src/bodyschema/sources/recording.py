@@ -7,7 +7,7 @@ fault of the recorder and is refused with its row.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,6 +125,19 @@ class Recording:
                 'ones, or set time = "" if the rows are single postures without a clock.'
             )
         return times
+
+    def paced(self, rate_hz: float | None, time: str | None) -> Recording:
+        """The same with times, (n_rows,) s from 0 on, where it has none and its rate is known.
+
+        Args:
+            rate_hz: rows a second; None leaves it as it is.
+            time: its column of times as the run file names it; see `time`.
+        """
+        named = {*self.columns, *self.texts} & {*TIME_COLUMNS} if time is None else True
+        if rate_hz is None or named:
+            return self
+        stamps = np.arange(len(self)) / rate_hz
+        return replace(self, columns={**self.columns, TIME_COLUMNS[0]: stamps})
 
     def _require(self, name: str) -> None:
         if name in self.columns:

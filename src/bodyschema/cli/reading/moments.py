@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from bodyschema.cli.reading.joints import column_of, read_joints
 from bodyschema.errors import InputError
 from bodyschema.model.tree import Body
+from bodyschema.sources.condition import rows_where
 from bodyschema.sources.recording import TIME_COLUMNS, Recording
 
 if TYPE_CHECKING:
@@ -110,6 +111,12 @@ class Moments:
     def source(self) -> str:
         """Where it came from, for messages."""
         return self.recording.source if self.recording else "the recording"
+
+    def only(self, condition: str) -> Moments:
+        """The same with the rows alone that fulfil a condition; see `sources.condition`."""
+        if not condition or self.recording is None:
+            return self
+        return replace(self, known=self._known & rows_where(self.recording, condition))
 
     def from_row(self, first: int) -> Moments:
         """The same, numbered from there."""

@@ -38,7 +38,8 @@ def read_recordings(run: RunFile, body: Body) -> dict[Source, Moments]:
         files, time = source
         if source in opened or not files:
             continue
-        at = Moments.of(body, run.joints, run.parts, open_recording(files), time)
+        table = open_recording(files).paced(run.rate_hz, time)
+        at = Moments.of(body, run.joints, run.parts, table, time)
         first.setdefault(files, sum(map(len, opened.values())))
         opened[source] = at.from_row(first[files])
     return opened
@@ -66,7 +67,7 @@ def make_senses(run: RunFile, opened: Mapping[Source, Moments]) -> tuple[Sense, 
     """The senses of a run; those that differ in their recording alone as one."""
     batches: list[tuple[SenseEntry, list[Sense]]] = []
     for entry in run.senses:
-        at = opened[source_of(run, entry)]
+        at = opened[source_of(run, entry)].only(entry.where)
         for frame in filter(None, (entry.seen_from, entry.seen)):
             at.body.frame_index(frame)
         sense = _sense(run, entry, at)

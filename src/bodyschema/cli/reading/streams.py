@@ -57,13 +57,17 @@ class Streams:
         names = [
             one for name in run.recording for one in (topics_of(name) if is_bag(name) else [name])
         ]
-        singles = {(name,): open_recording([name]) for name in names}
+        singles = {(name,): open_recording([name]).paced(run.rate_hz, run.time) for name in names}
         named = [column_of(joint, run.joints) for joint in body.joints]
         holding = [files for files, table in singles.items() if {*named} & {*table.columns}]
         if len(holding) != 1:
             raise InputError(_no_joints(named, len(holding), _columns(singles)))
         own: dict[Files, Recording]
-        own = {e.recording: open_recording(e.recording) for e in run.senses if e.recording}
+        own = {
+            e.recording: open_recording(e.recording).paced(run.rate_hz, _column(run, e))
+            for e in run.senses
+            if e.recording
+        }
         tables = {**singles, **own}
         senses = tuple(_placed(entry, singles, holding[0]) for entry in run.senses)
         table = tables[holding[0]]

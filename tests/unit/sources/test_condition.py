@@ -1,0 +1,45 @@
+"""Rows of a long table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bodyschema.errors import InputError
+from bodyschema.sources.condition import rows_where
+from bodyschema.sources.recording import Recording
+
+TABLE = Recording(
+    "'a.csv'",
+    {"marker": np.array([3.0, 4.0, 3.0, np.nan]), "my quality": np.array([0.1, 0.9, 0.9, 1.0])},
+    {"marker": np.array([False, False, False, True])},
+    frozenset({"camera"}),
+)
+
+
+@pytest.mark.parametrize(
+    ("condition", "rows"),
+    [
+        ("marker == 3", [0, 2]), ("marker!=3", [1]), ("my quality >= .9", [1, 2, 3]),
+        ("marker == 3 and my quality > 5e-1", [2]), ("marker <= 3.0", [0, 2]),
+        ("my quality < 0.2", [0]),
+    ],
+)  # fmt: skip
+def test_rows(condition: str, rows: list[int]) -> None:
+    assert np.flatnonzero(rows_where(TABLE, condition)).tolist() == rows
+
+
+@pytest.mark.parametrize(
+    ("condition", "message"),
+    [
+        ("marker = 3", 'is no condition; write a column, one of == .*: "marker == 3"'),
+        ("marker == __import__('os')", "is no condition"),
+        ("marker == nan", "is no condition"),
+        ("markr == 3", "no column 'markr' in 'a.csv'; did you mean 'marker'"),
+        ("camera == 3", "'camera' of 'a.csv' does not hold numbers"),
+        ("marker == 7", "no row of 'a.csv' fulfils where = 'marker == 7'"),
+    ],
+)
+def test_what_is_no_condition_is_said(condition: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        rows_where(TABLE, condition)
