@@ -6,7 +6,7 @@ Pictures are drawn by OpenCV (`drawn_board`), the arm is that of `simulation.wri
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -101,18 +101,5 @@ def write_board_folder(
     (folder / "arm.urdf").write_bytes(write_urdf(arm))
     readings = dict(zip(arm.joints, recorded.postures.q.T, strict=True))
     write_table(folder / "joints.csv", readings)
-    (folder / "run.toml").write_text(RUN.format(lens=lens, target=as_toml(declared or target)))
+    (folder / "run.toml").write_text(RUN.format(lens=lens, target=(declared or target).toml))
     return Truth(T_FLANGE_CAMERA, T_BASE_BOARD @ flip, recorded.offsets)
-
-
-def as_toml(target: Target) -> str:
-    """A target as an inline table of a run file."""
-    usual = replace(target, marker_m=0.0, dictionary="", first_id=0, asymmetric=False, legacy=False)
-    kept = {k: v for k, v in vars(target).items() if k in NEEDED or v != getattr(usual, k)}
-    words = (
-        f'{k} = "{v}"' if isinstance(v, str) else f"{k} = {str(v).lower()}" for k, v in kept.items()
-    )
-    return "{ " + ", ".join(words) + " }"
-
-
-NEEDED = ("kind", "columns", "rows", "square_m")

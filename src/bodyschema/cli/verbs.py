@@ -26,6 +26,7 @@ VERBS = {
     "find-body": "find_body.FindBody",
     "payload": "payload.PayloadVerb",
     "touch": "touch.TouchVerb",
+    "board": "board.Board",
     "study": "study.ListStudies",
     "doctor": "doctor.Doctor",
 }

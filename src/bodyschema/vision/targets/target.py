@@ -107,6 +107,17 @@ class Target:
         return at
 
     @property
+    def toml(self) -> str:
+        """As an inline table of a run file."""
+        said = [f'kind = "{self.kind}", columns = {self.columns}, rows = {self.rows}']
+        said += [f"square_m = {self.square_m:g}"]
+        if self.tagged:
+            said += [f'marker_m = {self.marker_m:g}, dictionary = "{self.dictionary}"']
+        said += [f"first_id = {self.first_id}"] if self.first_id else []
+        said += [f"{key} = true" for key in ("asymmetric", "legacy") if getattr(self, key)]
+        return "{ " + ", ".join(said) + " }"
+
+    @property
     def turns(self) -> list[tuple[Ints, Array]]:
         """The ways in which the pattern looks the same, the first as it is.
 
