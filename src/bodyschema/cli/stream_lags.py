@@ -103,8 +103,9 @@ def _some(sense: Sense) -> Sense:
 
 def _sentence(streams: Streams, clock: str, lag: float, std: float) -> str:
     how = "late" if lag >= 0 else "early"
+    size = f"{abs(lag):.3f} s" if abs(lag) >= 1.0 else f"{1e3 * abs(lag):.1f} ms"
     return (
-        f"The stamps of {streams.source_of(clock)} are {abs(lag):.3f} s {how} (give or take "
+        f"The stamps of {streams.source_of(clock)} are {size} {how} (give or take "
         f"{1e3 * std:.2g} ms) by the clock of {streams.joints.source}, as the motion tells: "
         f"{-lag:+.3f} s was added to them."
     )

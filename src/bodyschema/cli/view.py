@@ -78,7 +78,8 @@ class View:
         """What was recorded, as far as it is at hand; what is not is a note on the page."""
         from bodyschema.cli.recall import Recalled, recall
 
-        packages = {**answer.run.get("packages", {}), **_packages(self.package)}
+        named = answer.run.get("packages")
+        packages = {**(named if isinstance(named, dict) else {}), **_packages(self.package)}
         try:
             return recall({**answer.run, "packages": packages}, answer.body, self.robot)
         except BodyschemaError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -105,6 +106,15 @@ def test_a_result_whose_recording_is_gone(result: Path, tmp_path: Path) -> None:
     scene = scene_of(tmp_path / "view.html")
     assert scene["marks"] == []
     assert any("not at hand" in note for note in scene["notes"])
+
+
+def test_packages_that_are_none_are_a_note(result: Path, tmp_path: Path) -> None:
+    """Found by the fuzz bench: a TypeError."""
+    copy = tmp_path / "copy"
+    shutil.copytree(result, copy)
+    record = json.loads((copy / "run.json").read_text())
+    (copy / "run.json").write_text(json.dumps(record | {"packages": [[[]]]}))
+    assert run(["view", str(copy), "--html", str(tmp_path / "view.html")]) in (0, 2)
 
 
 def test_postures_of_a_run_without_senses(
