@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
@@ -202,8 +203,8 @@ class Calibrate:
             layout="matrix3x4" if points else self.layout,
         )
         return RunFile(
-            robot=str(self.robot.resolve()),
-            recording=tuple(str(path.resolve()) for path in self.recording),
+            robot=os.path.abspath(self.robot),
+            recording=tuple(map(os.path.abspath, self.recording)),
             joints=JointColumns(unit=self.joint_unit),
             frames={looks: FrameEntry(base), seen: FrameEntry(hand)},
             senses=(sense,),

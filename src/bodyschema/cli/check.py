@@ -8,6 +8,7 @@ and compared with what was found before.
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -112,7 +113,7 @@ class Check:
 
         if self.recording[0].suffix == ".toml":
             return read_run_file(self.recording[0], stored.verb)
-        paths = tuple(str(path.resolve()) for path in self.recording)
+        paths = tuple(map(os.path.abspath, self.recording))
         run = run_from_record(stored.run)
         if run.wrist is not None:
             run = replace(run, wrist=replace(run.wrist, empty_recording=""))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
@@ -165,7 +166,7 @@ def _entry(
             f"'{path.name}' has {len(named)} columns of poses; name their {flag}-columns and "
             f"{flag}-layout, such as xyz_xyzw."
         )
-    files = (str(path.resolve()),)
+    files = (os.path.abspath(path),)
     return SenseEntry(
         "poses", *ends, columns=named, recording=files, layout=layout or COUNTED[len(named)]
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,8 +26,8 @@ def skeleton_run(skeleton: Path, recording: Sequence[Path], joint_unit: str) -> 
         raise InputError("give also --recording: the table of joints and markers.")
     return RunFile(
         robot="",
-        skeleton=str(skeleton.resolve()),
-        recording=tuple(str(path.resolve()) for path in recording),
+        skeleton=os.path.abspath(skeleton),
+        recording=tuple(map(os.path.abspath, recording)),
         joints=JointColumns(unit=joint_unit),
         frames={},
         senses=(),

@@ -147,11 +147,15 @@ def named_directions(
 
 
 def random_postures(body: Body, n: int, rng: np.random.Generator) -> Array:
-    """Postures uniform over the joint ranges, (n, n_joints); +-pi or +-0.5 m where unlimited."""
+    """Postures uniform over the joint ranges, (n, n_joints); +-pi or +-0.5 m where unlimited.
+
+    A joint with one limit alone moves as far from there, at least.
+    """
     shifts = np.isin(np.arange(len(body.joints)), body.driver[body.kind == PRISMATIC])
     reach = np.where(shifts, 0.5, np.pi)
-    low = np.where(np.isfinite(body.lower), body.lower, -reach)
-    high = np.where(np.isfinite(body.upper), body.upper, reach)
+    lower, upper = np.isfinite(body.lower), np.isfinite(body.upper)
+    low = np.where(lower, body.lower, np.where(upper, np.fmin(-reach, body.upper - reach), -reach))
+    high = np.where(upper, body.upper, np.where(lower, np.fmax(reach, body.lower + reach), reach))
     return np.asarray(rng.uniform(low, high, size=(n, len(body.joints))))
 
 

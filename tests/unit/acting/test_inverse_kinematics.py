@@ -143,3 +143,13 @@ def test_the_same_seed_gives_the_same_posture() -> None:
 def test_bad_input_is_refused(aim: Aim, q: list[float], says: str) -> None:
     with pytest.raises(InputError, match=says):
         SOLVER.solve(planar(), aim, q)
+
+
+def test_postures_of_joints_with_one_limit() -> None:
+    """Found by the fuzz bench: a lower limit beyond where an unlimited joint is taken to move."""
+    arm = Body.random_chain(2, np.random.default_rng(0))
+    arm = replace(arm, lower=np.array([9.0, -np.inf]), upper=np.array([np.inf, -9.0]))
+    q = random_postures(arm, 50, np.random.default_rng(1))
+    assert (q[:, 0] >= 9.0).all()
+    assert (q[:, 1] <= -9.0).all()
+    assert np.ptp(q, axis=0).min() > 2.0

@@ -14,6 +14,8 @@ import bodyschema as bs
 from bodyschema.cli import run
 from bodyschema.cli.run_file import read_run_file
 from bodyschema.errors import InputError
+from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.sources.tables import write_table
 
 HERE = Path(__file__).parents[3]
 
@@ -122,3 +124,31 @@ def test_mutants_are_read_or_refused() -> None:
     done = subprocess.run(command, cwd=HERE, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     assert done.stdout.splitlines()[-1].endswith("mutants, 0 failed")
+
+
+@pytest.mark.parametrize("name", ["a\0b.csv", "x" * 300 + ".csv", "\udcff.csv"])
+def test_odd_names_of_a_recording_to_check(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Found by the fuzz bench: `Path.resolve` raises of its own."""
+    recording = tmp_path / "data.csv"
+    arm = bs.Body.random_chain(3, np.random.default_rng(0))
+    record_of(arm, recording)
+    out = tmp_path / "out"
+    columns = ["--columns", "x", "y", "z", "--hand", "tip"]
+    flags = ["--robot", str(tmp_path / "arm.urdf"), "--recording", str(recording), *columns]
+    assert run(["calibrate", *flags, "--free", "offsets", "--out", str(out), "--json"]) == 0
+    capsys.readouterr()
+    assert run(["check", str(out), "--recording", name]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def record_of(arm: bs.Body, path: Path) -> None:
+    """A robot, and a recording of its tip, the second joint 3 degrees off."""
+    rng = np.random.default_rng(1)
+    q = rng.uniform(-1, 1, (20, 3))
+    seen = bs.relative_pose(arm, q + np.array([0, 0.05, 0]), "base", "tip")[:, :3, 3]
+    seen = seen + 1e-3 * rng.normal(size=seen.shape)
+    columns = dict(zip([*arm.joints, *"xyz"], np.hstack([q, seen]).T, strict=True))
+    write_table(path, columns)
+    path.with_name("arm.urdf").write_bytes(write_urdf(arm))
