@@ -65,6 +65,7 @@ def test_squares_of_another_size_are_named(
     assert_right(answer, truth)
     assert code == 1 or answer["trust"]["level"] == "contradicted"
     assert "0.952" in said
+    assert any("declared lengths" in str(one) for one in answer["findings"])
     scale = next(p for p in answer["parameters"] if p["name"] == "size_of_board.scale")
     assert 1 + scale["value"] == pytest.approx(1 / 1.05, abs=2e-3)
 
