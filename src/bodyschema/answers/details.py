@@ -34,6 +34,14 @@ def _table(value: Any) -> bool:
     return isinstance(value, Mapping)
 
 
+def _spreads(value: Any) -> bool:
+    """Of each moment of inertia, and of nothing else: each is found by its name."""
+    return (
+        isinstance(value, Mapping) and {*value} == MOMENT_NAMES and all(map(_size, value.values()))
+    )
+
+
+MOMENT_NAMES = {f"I_{pair}" for pair in ("xx", "yy", "zz", "xy", "xz", "yz")}
 THREE = (_number,) * 3
 MOMENTS = (THREE,) * 3
 TOLD = {"mass": _number, "com": THREE, "inertia": MOMENTS}
@@ -42,7 +50,7 @@ LOAD = {
     "name": _text,
     "mass_std": _size,
     "com_std": (_size,) * 3,
-    "inertia_std": {f"I_{pair}": _size for pair in ("xx", "yy", "zz", "xy", "xz", "yz")},
+    "inertia_std": _spreads,
     "phi": dict.fromkeys(PHI, _number),
     "phi_covariance": ((_number,) * len(PHI),) * len(PHI),
     "not_told": [{"what": _text, "sentence": _text}],

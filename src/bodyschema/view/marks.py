@@ -55,7 +55,9 @@ def marks_of(calibration: Calibration, senses: Sequence[Sense]) -> tuple[Marks, 
     return tuple(
         _marks(calibration.body, sense, old, new, calibration.outliers)
         for sense, old, new in zip(senses, before, after, strict=True)
-        if len(sense) and len(sense) == len(new) and sense.seen in calibration.body.frames
+        if len(sense)
+        and len(sense) == len(old) == len(new)
+        and sense.seen in calibration.body.frames
     )
 
 

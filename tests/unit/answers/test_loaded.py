@@ -12,7 +12,7 @@ import pytest
 
 import bodyschema as bs
 from bodyschema.answers.answer import Answer, load
-from bodyschema.answers.details import check_details
+from bodyschema.answers.details import LOAD, check_details, fits
 from bodyschema.errors import InputError
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.estimation.identifiability import Identifiability
@@ -95,3 +95,11 @@ def test_a_document_for_a_terminal(whole: dict[str, Any], tmp_path: Path) -> Non
     document["explanation"] = "It \x1b[31mfits."
     answer = load(stored(document, tmp_path))
     assert answer.document["explanation"] == "It \\x1b[31mfits."
+
+
+@pytest.mark.parametrize("name", ["", "I_xw", "I_xx_"])
+def test_spreads_of_moments_have_their_names(name: str) -> None:
+    """Found by the fuzz bench: a name of no moment was taken apart."""
+    spreads = dict.fromkeys(("I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz"), 0.1)
+    assert fits(spreads, LOAD["inertia_std"])
+    assert not fits(spreads | {name: 0.1}, LOAD["inertia_std"])
