@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,8 +49,8 @@ does not."""
 REACH = (7.0, 5.0, 4.0, 4.0, 4.0)
 """pixels, step by step from the fit that is doubted."""
 
-WRONG_LENS = {"focal": 0.1, "centre": 20.0}
-WRONG_MESHES = {"shape": 5e-3}
+WRONG_LENS: dict[str, Any] = {"focal": 0.1, "centre": 20.0}
+WRONG_MESHES: dict[str, Any] = {"shape": 5e-3}
 """Doubts (share, pixels, m) that let lens or meshes be as wrong as they like."""
 
 
