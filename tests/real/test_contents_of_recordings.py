@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -20,24 +21,24 @@ CASES = ("B_angles_in_degrees", "D_millimetres", "H_lag", "S_two_recordings", "T
 
 
 @pytest.mark.parametrize("name", DATA)
-def test_data(name: str, shared_data: Callable[..., object]) -> None:
-    found = contents(shared_data(name))  # type: ignore[arg-type]
+def test_data(name: str, shared_data: Callable[[str], Path]) -> None:
+    found = contents(shared_data(name))
     suggested = Suggestion.of(found)
     assert len(suggested.joints) == DATA[name]
     assert any(stream.samples for stream in found.streams)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_cases(name: str, shared_cases: Callable[..., object]) -> None:
-    found = contents(shared_cases(name))  # type: ignore[arg-type]
+def test_cases(name: str, shared_cases: Callable[[str], Path]) -> None:
+    found = contents(shared_cases(name))
     suggested = Suggestion.of(found)
     assert len(suggested.joints) == 6
     assert suggested.seen[0].group.kind == "poses"
     assert suggested.unit == ("deg" if name.startswith("B") else "rad")
 
 
-def test_a_bag_and_an_incomplete_data_set(shared_cases: Callable[..., object]) -> None:
-    found = contents(shared_cases("V_bag_mcap_lerobot"))  # type: ignore[arg-type]
+def test_a_bag_and_an_incomplete_data_set(shared_cases: Callable[[str], Path]) -> None:
+    found = contents(shared_cases("V_bag_mcap_lerobot"))
     assert [stream.kind for stream in found.streams] == [
         "sensor_msgs/msg/JointState", "LeRobot states", "LeRobot image",
     ]  # fmt: skip

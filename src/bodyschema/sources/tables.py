@@ -58,7 +58,9 @@ def _open_one(path: Path) -> Recording:
     kind = path.suffix.lower()
     if path.name == PIPED and not is_there(path):
         return read_text(Path(PIPED))
-    regular_file(path, f"no recording at '{path}'; give the path of a CSV or Parquet file.")
+    regular_file(
+        path, f"no recording at '{path}'; give the path of a table, a bag or a LeRobot folder."
+    )
     if kind in ENDINGS:
         return read_text(path)
     if kind == ".parquet":

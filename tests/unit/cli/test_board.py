@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 import tomllib
 from pathlib import Path
 
@@ -101,3 +102,12 @@ def test_a_dictionary_that_is_too_small(tmp_path: Path, capsys: pytest.CaptureFi
     flags = ["--dictionary", "4X4_50", "--columns", "16", "--rows", "11", "--square-mm", "10"]
     assert run(["board", "--out", str(tmp_path / "board.pdf"), *flags]) == 2
     assert "take a larger one" in capsys.readouterr().err.replace("\n", " ")
+
+
+@pytest.mark.parametrize("kind", ["charuco", "tags"])
+def test_tags_need_the_extra(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    assert run(["board", "--kind", kind, "--out", str(tmp_path / "b.pdf")]) == 2
+    assert "pip install 'bodyschema[vision]'" in capsys.readouterr().err

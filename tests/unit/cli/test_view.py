@@ -17,47 +17,17 @@ import numpy as np
 import pytest
 
 import bodyschema as bs
-from bodyschema import Body, lie
+from bodyschema import lie
 from bodyschema.cli import recall, run
-from bodyschema.export.urdf_writer import write_urdf
-from bodyschema.model.kinematics import relative_pose
-from bodyschema.sources.tables import write_table
+from recorded_arm import recorded_arm
 from simulated import random_pose
-
-RUN = """
-robot = "robot.urdf"
-recording = "data.csv"
-folds = 3
-[free]
-groups = ["offsets"]
-[frames.tracker]
-parent = "base"
-[frames.marker]
-parent = "tip"
-[[senses]]
-kind = "points"
-seen_from = "tracker"
-seen = "marker"
-columns = ["x", "y", "z"]
-"""
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An arm whose second joint is off by 0.05 rad."""
-    folder = tmp_path_factory.mktemp("run")
-    rng = np.random.default_rng(3)
-    arm = Body.random_chain(3, rng)
-    q = rng.uniform(-1.2, 1.2, (25, 3))
-    body = arm.attach("tracker", "base").attach("marker", "tip")
-    seen = relative_pose(body, np.add(q, [0.0, 0.05, 0.0]), "tracker", "marker")[:, :3, 3]
-    seen += 1e-3 * rng.normal(size=seen.shape)
-    columns = dict(zip([*arm.joints, *"xyz"], np.hstack([q, seen]).T, strict=True))
-    write_table(folder / "data.csv", columns)
-    (folder / "robot.urdf").write_bytes(write_urdf(arm))
-    (folder / "run.toml").write_text(RUN)
-    out = folder / "result"
-    assert run(["calibrate", str(folder / "run.toml"), "--out", str(out), "--json"]) == 0
+    run_file = recorded_arm(tmp_path_factory.mktemp("run"))
+    out = run_file.parent / "result"
+    assert run(["calibrate", str(run_file), "--out", str(out), "--json"]) == 0
     return out
 
 

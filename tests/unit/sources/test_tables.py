@@ -149,7 +149,7 @@ def test_files_of_another_kind_are_refused(tmp_path: Path) -> None:
         ("a.xlsx", r"is no table of columns: write its numbers into a CSV table"),
         ("a.npz", "is no whole file of numpy arrays"),
         ("shots/*.PNG", r"nothing here finds a board in them; .*docs/board_photographs.md"),
-        ("none.csv", "no recording at .*; give the path of a CSV or Parquet file"),
+        ("none.csv", "no recording at .*; give the path of a table, a bag"),
         ("latin.csv", "is no readable CSV text"),
     ):
         with pytest.raises(InputError, match=message):

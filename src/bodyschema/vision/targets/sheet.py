@@ -53,9 +53,10 @@ def black_rectangles(target: Target) -> Array:
 
 def _tags(target: Target, places: list[tuple[int, int]]) -> Array:
     """Cells of the tags in squares (row, column), numbered on from the first one."""
+    # First: it says which extra is missing.
+    tags = dictionary(target.dictionary)
     import cv2
 
-    tags = dictionary(target.dictionary)
     cells = int(tags.markerSize) + 2
     size = target.marker_m / cells
     inset = (target.square_m - target.marker_m) / 2 if target.kind == "charuco" else 0.0
