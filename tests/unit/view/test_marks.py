@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,3 +37,9 @@ def test_poses_have_arrows_of_their_position(seen: Any) -> None:
 
 def test_without_samples_there_are_none(seen: Any) -> None:
     assert marks_of(seen.answer, ()) == ()
+
+
+def test_residuals_of_other_samples_make_no_marks(seen: Any) -> None:
+    """Found by the fuzz bench: those before were fewer than those after."""
+    fewer = tuple(one[:-1] for one in seen.answer.nominal_residuals)
+    assert marks_of(replace(seen.answer, nominal_residuals=fewer), seen.senses) == ()
