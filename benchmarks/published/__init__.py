@@ -2,7 +2,7 @@
 
 check.py     the command: run small ones and compare, or store a full-size one
 entry.py     what is run, full and small, and which numbers count
-entries.py   one entry a study
+entries.py   one entry a study; those of a paper in entries_PAPER.py
 store.py     a full run and its small copies -> PAPER_FIGURE.json
 spread.py    the rule for what is inside
 """

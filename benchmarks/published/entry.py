@@ -18,6 +18,14 @@ CLOCKS = (
 FIRST_COPY, GATE = 1001, 2001
 """Seeds of the first copy and of the gate's first run: none is that of the full run."""
 
+RARE = ("*.max", "*.most", "*.least", "*.worst", "*.p90", "*.p95", "*_p95", "*_max")
+"""Ends of a distribution, of which a run or two say nothing."""
+SHARES = {
+    "*share*": 0.5, "*within*": 1.0, "*learned": 1.0, "*precision": 0.1, "*recall": 0.2,
+    "*detected": 0.5, "*blamed*": 0.5, "*per_hour": 1.0,
+}  # fmt: skip
+"""Of one or two runs: a single one changes them by so much."""
+
 
 @dataclass(frozen=True)
 class Told:
