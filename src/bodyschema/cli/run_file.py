@@ -68,6 +68,7 @@ from bodyschema.cli.entry_types import (
     section,
 )
 from bodyschema.cli.reading.appended import with_appended
+from bodyschema.cli.reading.board_ends import with_board_ends
 from bodyschema.cli.reading.board_sizes import with_doubted_sizes
 from bodyschema.cli.reading.checks import check_keys
 from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
@@ -234,6 +235,8 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
     refuse_unknown(RunFile, entries, where)
     doubted = with_doubted_sizes(entries["parts"], entries["senses"])
     entries["parts"], entries["senses"] = doubted
+    ends = with_board_ends(entries["wanted"], entries["senses"], entries["frames"])
+    entries["wanted"] = ends
     appended = [
         files(one, "append", where, here)
         for one in listed(entries.get("append"), "append", where, "recordings")

@@ -151,7 +151,9 @@ def _answered(
     corrected = Accuracy.of(senses, final.residuals, good)
     anywhere = random_postures(problem.body, ANYWHERE, np.random.default_rng(seed))
     verdict, explanation = _verdict(chosen, sure, nominal, candidates[0].accuracy, corrected)
-    unknown = untold(fit, trial.fullest, senses, anywhere) if verdict == "calibrated" else None
+    wanted = problem.wanted
+    unsure = verdict == "calibrated" and not wanted
+    unknown = untold(fit, trial.fullest, senses, anywhere) if unsure else None
     if unknown is not None:
         verdict, explanation = "refused", f"{explanation} {_untold(unknown)}"
     fields = {
@@ -159,7 +161,6 @@ def _answered(
         for sense, mask in zip(senses, good, strict=True)
     }
     larger = trial.whole if trial.whole.converged else trial.fullest
-    wanted = problem.wanted
     pairs = wanted or wanted_pairs(fit, senses)
     weighing = weighed_up(fit, larger, senses, fields, pairs, seed)
     if wanted and verdict == "calibrated" and (why := unhelped(fit, weighing, senses, wanted)):

@@ -47,6 +47,27 @@ def test_lens_camera_board_and_zeros_in_one_fit(
     assert any("in 15 of 15 pictures" in note for note in answer["notes"])
 
 
+def test_the_camera_is_answered_though_the_end_joints_are_open(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing is said of joints: the verdict speaks of the camera, and of what stays open."""
+    write_board_folder(tmp_path, 20, 1)
+    asked = ["calibrate", str(tmp_path / "run.toml"), "--out", str(tmp_path / "out"), "--json"]
+    assert run(asked) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["verdict"], answer["trust"]["level"]) == ("calibrated", "good")
+    assert answer["predicted_95_mm"] < 1
+    places = {place["name"]: place for place in answer["transforms"]}
+    assert {"T_flange_camera", "T_base_board", "T_board_camera"} <= set(places)
+    assert "wrist_3" in str(places["T_flange_camera"])
+    # Who asks for the arm itself is told that pictures do not tell it.
+    text = (tmp_path / "run.toml").read_text()
+    (tmp_path / "run.toml").write_text(text + '[[wanted]]\nseen = "flange"\n')
+    run([*asked, "--overwrite"])
+    arm = json.loads(capsys.readouterr().out)
+    assert arm["predicted_95_mm"] > 10 * answer["predicted_95_mm"]
+
+
 def test_pictures_of_another_board_are_held_off(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
