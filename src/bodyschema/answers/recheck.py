@@ -74,13 +74,13 @@ def recheck_load(stored: Answer, held: HeldRecording, false_alarm: float) -> Rec
         false_alarm: chance of calling an unchanged load changed.
     """
     old = [one for one in stored.details["loads"] if one["name"] in stored.details["last"]]
-    before = _numbers(
+    before = load_numbers(
         Inertia.from_phi(np.sum([list(one["phi"].values()) for one in old], axis=0)),
         np.sum([one["phi_covariance"] for one in old], axis=0),
     )
     tests = []
     for name in held.fit.names:
-        now = _numbers(held.fit.loads[name], held.fit.covariance(name))
+        now = load_numbers(held.fit.loads[name], held.fit.covariance(name))
         change, C = now[0] - before[0], now[1] + before[1]
         rate = false_alarm / len(held.fit.names)
         tests.append(two_beliefs(change, C, LOAD_PARTS, LOAD_NAMES, rate))
@@ -92,7 +92,7 @@ def recheck_load(stored: Answer, held: HeldRecording, false_alarm: float) -> Rec
     return Recheck(replace(worst, p_value=p_value), len(held.kept), size, then)
 
 
-def _numbers(load: Inertia, P: Array) -> tuple[Array, Array]:
+def load_numbers(load: Inertia, P: Array) -> tuple[Array, Array]:
     """Mass, centre and moments about it (10,), and their covariance, part by part (10, 10)."""
     C = np.zeros((10, 10))
     C[0, 0] = P[0, 0]

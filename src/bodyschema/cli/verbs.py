@@ -18,6 +18,7 @@ VERBS = {
     "simulate": "simulate.Simulate",
     "plan": "plan.PlanPoses",
     "check": "check.Check",
+    "compare": "compare.Compare",
     "report": "report.Report",
     "view": "view.View",
     "export": "export.Export",
