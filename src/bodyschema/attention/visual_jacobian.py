@@ -89,6 +89,8 @@ class Explained:
     price: float
     foretold: Array
     """(N,) energy of the motion as earlier motions foretell it."""
+    doubt: Array
+    """(N,) what the belief's uncertainty adds to that energy: its expected error."""
 
 
 def explained(
@@ -105,15 +107,17 @@ def explained(
     """
     N, square = len(before.energy), np.ix_(joints, joints)
     if len(joints) == 0:
-        return Explained(np.zeros(N), 0.0, np.zeros(N))
+        return Explained(np.zeros(N), 0.0, np.zeros(N), np.zeros(N))
     prior = precision * np.eye(len(joints))
     A0, A1 = before.A[lag][square] + prior, after.A[lag][square] + prior
     B0, B1 = before.B[lag][joints], after.B[lag][joints]
     K0, K1 = np.linalg.solve(A0, B0), np.linalg.solve(A1, B1)
     energy = _by_cell(B1 * K1) - _by_cell(B0 * K0)
-    foretold = _by_cell(K0 * ((A1 - A0) @ K0))
+    moved = A1 - A0
+    foretold = _by_cell(K0 * (moved @ K0))
     price = float(np.linalg.slogdet(A1)[1] - np.linalg.slogdet(A0)[1])
-    return Explained(energy, price, foretold)
+    spread = 2 * float(np.trace(np.linalg.solve(A0, moved)))
+    return Explained(energy, price, foretold, spread * _variance(before, B0, K0))
 
 
 def jacobians(belief: MotionSums, lag: int, precision: float) -> tuple[Array, Array]:
@@ -130,8 +134,8 @@ def joint_evidence(belief: MotionSums, lag: int, K: Array, V: Array) -> Array:
     The noise is what K leaves of the cell's energy, at least the least noise; flow is smooth in
     time, so that SMOOTH frames count as one.
     """
-    left = belief.energy - _by_cell(belief.B[lag] * K.transpose(2, 0, 1).reshape(K.shape[2], -1))
-    variance = SMOOTH * np.maximum(left / max(2 * belief.frames, 1.0), 1.0)
+    by_joint = K.transpose(2, 0, 1).reshape(K.shape[2], -1)
+    variance = _variance(belief, belief.B[lag], by_joint)
     squares = np.sum(K * K, axis=1).T
     return np.asarray(squares / (2 * np.diag(V)[:, None] * variance))
 
@@ -146,6 +150,15 @@ def furthest(K: Array, evidence: Array) -> Ints:
     speed = np.where(evidence > NEEDED, np.hypot(K[:, 0], K[:, 1]).T, 0.0)
     clear = speed.any(axis=0)
     return np.asarray(np.where(clear, speed.argmax(axis=0), evidence.argmax(axis=0)))
+
+
+def _variance(belief: MotionSums, B: Array, K: Array) -> Array:
+    """(N,) of a moment's flow: what K (J, 2 N) leaves of the energy, at least the least noise.
+
+    Flow is smooth in time, so that SMOOTH frames count as one.
+    """
+    left = belief.energy - _by_cell(B * K)
+    return np.asarray(SMOOTH * np.maximum(left / max(2 * belief.frames, 1.0), 1.0))
 
 
 def _by_cell(products: Array) -> Array:

@@ -154,3 +154,53 @@ def test_the_share_of_wrong_cells_is_the_mean_of_what_is_doubted():
     assert called_me(P, 0.02).tolist() == [[True, False], [True, False]]
     assert called_me(P, 0.3).tolist() == [[True, True], [True, False]]
     assert not called_me(np.full((2, 2), 0.1), 0.5).any()
+
+
+def odds_of(parts: list[tuple[int, float, bool]], noise: float = NOISE) -> np.ndarray:
+    """Log odds after each of some motions of one cell that the first joint moves, at one lag.
+
+    Args:
+        parts: (joint that turns, by how much, whether the cell is seen to move).
+        noise: of the flow while the cell moves, pixels/frame.
+    """
+    rng, K = np.random.default_rng(3), np.zeros((2, J))
+    K[:, 0] = 80.0, -50.0
+    belief, odds, found = empty(1, J, 1), Contingency(np.zeros((1, 1))), []
+    s = np.linspace(0, 1, 20)
+    bump = np.diff(s**3 * (10 - 15 * s + 6 * s * s))
+    for joint, turn, seen in parts:
+        x, sums = np.zeros((46, J)), empty(1, J, 1)
+        x[15:34, joint] = turn * bump
+        for t in range(46):
+            y = K @ x[t] + noise * rng.normal(size=2) if seen else 0.2 * NOISE * rng.normal(size=2)
+            sums = sums.add(x[None, t] / NOISE, y[None] / NOISE)
+        before = faded(belief, 0.95)
+        odds, _ = weigh(odds, before, sums, 46 / 30, OWN, NONE, PRECISION)
+        belief = joined(before, sums)
+        found.append(float(odds.log_odds[0, 0]))
+    return np.array(found)
+
+
+def test_a_motion_that_leaves_still_what_it_should_says_next_to_nothing():
+    known = [(0, 0.1, True), (1, 0.1, False), (0, -0.1, True), (1, -0.1, False)]
+    odds = odds_of([*known, (1, 0.1, False), (1, -0.1, False)])
+    # Faded by 3 % each time, and by little beside.
+    assert odds[3:] == pytest.approx([10.9] * 3, abs=1.3)
+    assert (np.diff(odds[3:]) > -0.03 * odds[3:-1] - 0.4).all()
+
+
+def test_a_motion_made_again_with_the_same_blind_spot_is_counted_once():
+    known = [(0, 0.1, True), (1, 0.1, False), (0, -0.1, True)]
+    again = odds_of([*known, (0, 0.1, False), (0, -0.1, False), (0, 0.1, False)])
+    between = odds_of([*known, (0, 0.1, False), (1, 0.1, False), (0, -0.1, False)])
+    assert again[3] < again[2] - 2.5
+    assert (np.diff(again[3:]) > -0.03 * again[3:-1] - 0.4).all()
+    # What another motion comes between is a miss of its own.
+    assert between[5] < between[4] - 2.5
+
+
+def test_what_is_foretold_by_less_than_it_may_be_off_is_not_missed():
+    """Flow that fits badly leaves a little of every joint in the belief, which means nothing."""
+    known = [(0, 0.1, True), (1, 0.1, True), (0, -0.1, True), (1, -0.1, True)]
+    odds = odds_of([*known, (0, 0.1, True), (1, 0.1, False)], noise=8 * NOISE)
+    assert odds[5] > odds[4] - 1.5
