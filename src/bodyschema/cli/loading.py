@@ -16,6 +16,7 @@ from bodyschema.cli.reading.recorded_senses import (
     make_senses,
     read_recordings,
     read_streams,
+    reading_remarks,
     source_of,
 )
 from bodyschema.cli.reading.robot import robot_of
@@ -69,7 +70,8 @@ def load(run: RunFile) -> Loaded:
         opened = read_recordings(run, body)
     senses = make_senses(run, opened)
     body = with_begun_lenses(run, body, senses)
-    body = replace(body, remarks=(*body.remarks, *board_remarks(run, opened, senses)))
+    said = (*reading_remarks(run, opened), *board_remarks(run, opened, senses))
+    body = replace(body, remarks=(*body.remarks, *said))
     _refuse_unused(run, parts)
     rows = {at.source: at.first for at in opened.values()}
     return Loaded(nominal, body, senses, frames, parts, rows)

@@ -171,6 +171,7 @@ class RunFile:
         from bodyschema.cli.reading.pictures import files_of
 
         files = [name for entry in self.senses for name in entry.recording]
+        files += [self.joints.calibration] if self.joints.calibration else []
         files += [name for part in (self.wrist, self.pictures) if part for name in part.files]
         patterns = [getattr(entry, key) for entry in self.senses for key in PICTURES]
         return files + [name for pattern in patterns if pattern for name in files_of(pattern)]
@@ -206,7 +207,7 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
         "robot": _path(table.get("robot"), here),
         "skeleton": _path(table.get("skeleton"), here),
         "recording": files(table.get("recording"), "recording", where, here),
-        "joints": joint_columns(table.get("joints", {}), f"[joints] of {where}"),
+        "joints": joint_columns(table.get("joints", {}), f"[joints] of {where}", here),
         "frames": {
             name: entry_of(FrameEntry, entry, f"[frames.{name}] of {where}")
             for name, entry in section(table.get("frames", {}), f"[frames] of {where}").items()

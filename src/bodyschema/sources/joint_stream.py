@@ -35,6 +35,8 @@ class JointStream:
     """(n,) s, increasing."""
     q: Array
     """(n, n_joints) rad and m."""
+    cut: Flags | None = None
+    """(n, n_joints) where a reading was cut off at an end; nowhere when None."""
 
     def __post_init__(self) -> None:
         if len(self.time) <= DEGREE:
@@ -54,11 +56,21 @@ class JointStream:
             readings and not in a pause.
         """
         inside = np.clip(time, self.time[0], self.time[-1])
-        after = np.clip(np.searchsorted(self.time, inside), 1, len(self.time) - 1)
+        after = self._after(inside)
         gap = self.time[after] - self.time[after - 1]
         known = (inside == time) & (gap <= GAPS * float(np.median(np.diff(self.time))))
         value, slope = self._spline
         return np.asarray(value(inside)), np.asarray(slope(inside)), np.asarray(known)
+
+    def near_a_cut(self, time: Array) -> Flags:
+        """(m, n_joints) where one of the readings next to these times (m,) was cut off."""
+        if self.cut is None:
+            return np.zeros((len(time), self.q.shape[1]), dtype=bool)
+        after = self._after(time)
+        return np.asarray(self.cut[after - 1] | self.cut[after])
+
+    def _after(self, time: Array) -> NDArray[np.int64]:
+        return np.asarray(np.clip(np.searchsorted(self.time, time), 1, len(self.time) - 1))
 
     @property
     def speed(self) -> float:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
-from bodyschema.cli.reading.joints import read_joints
+from bodyschema.cli.reading.joints import conversion, cut_off, read_joints
 from bodyschema.errors import InputError
 from bodyschema.export.documents import plain
 from bodyschema.model.kernels import PRISMATIC
@@ -100,3 +102,69 @@ def test_a_record_is_the_section() -> None:
     made = joint_columns(table, WHERE)
     assert isinstance(made, JointColumns)
     assert joint_columns(plain(asdict(made)), WHERE) == made
+
+
+MOTORS = {
+    "joint_1": {"id": 1, "drive_mode": 1, "homing_offset": 0, "range_min": 0, "range_max": 4095},
+    "gripper": {"id": 2, "drive_mode": 0, "homing_offset": 7, "range_min": 1000, "range_max": 3000},
+}
+
+
+@pytest.fixture
+def calibration(tmp_path: Path) -> str:
+    (tmp_path / "arm.json").write_text(json.dumps(MOTORS))
+    return str(tmp_path / "arm.json")
+
+
+def test_percent_of_a_motor_of_lerobot(body: Body, calibration: str) -> None:
+    """Of its own range, not of the limits; a gripper's runs from 0 to 100."""
+    named = {"joint_1": "joint_1.pos", "joint_2": "gripper.pos"}
+    table = {"unit": "percent", "calibration": calibration, "columns": named}
+    columns: dict[str, Any] = {"joint_1.pos": [50, 0], "gripper.pos": [50, 100]}
+    q = read(body, table, **columns)
+    assert np.rad2deg(q[:, 0]) == pytest.approx([-90, 0])
+    assert np.rad2deg(q[:, 1]) == pytest.approx([0, 1000 * 360 / 4095])
+    ticks: dict[str, Any] = {"joint_1.pos": [2047.5], "gripper.pos": [2000]}
+    q = read(body, {**table, "unit": "ticks"}, **ticks)
+    assert q[0] == pytest.approx([0, 0, 0, 0])
+    turned = {"column": "joint_1.pos", "sign": -1}
+    table["columns"] = {"joint_2": "gripper.pos"}
+    assert np.rad2deg(read(body, {**table, "joint_1": turned}, **columns)[0, 0]) == pytest.approx(
+        90
+    )
+
+
+def test_samples_at_an_end_are_cut_off(body: Body, calibration: str) -> None:
+    joints = joint_columns({"unit": "percent", "calibration": calibration}, WHERE)
+    columns = {"joint_1": np.array([-100.0, 0, 100, 99]), "joint_2": np.array([100.0] * 4)}
+    recording = Recording("'data.csv'", columns, {})
+    own = {**joints.each, "joint_2": joint_columns({"j": {"unit": "deg"}}, WHERE).each["j"]}
+    found = cut_off(body, recording, replace(joints, each=own))
+    assert found[:, 0].tolist() == [True, False, True, False]
+    assert not found[:, 1:].any(), "of other units nobody knows"
+    assert not cut_off(body, recording, joint_columns({"unit": "percent"}, WHERE)).any()
+
+
+def test_a_record_needs_the_file_no_more(calibration: str) -> None:
+    joints = joint_columns({"unit": "percent", "calibration": "arm.json"}, WHERE,
+                           Path(calibration).parent)  # fmt: skip
+    Path(calibration).unlink()
+    assert joint_columns(plain(asdict(joints)), WHERE) == joints
+
+
+def test_units_that_do_not_go_with_a_motor(body: Body, calibration: str) -> None:
+    with pytest.raises(InputError, match="beside a LeRobot calibration"):
+        read(body, {"unit": "rad", "calibration": calibration}, joint_1=[0])
+    with pytest.raises(InputError, match="no motor 'joint_2'"):
+        read(body, {"unit": "deg", "calibration": calibration}, joint_2=[0])
+    with pytest.raises(InputError, match="name LeRobot's file"):
+        read(body, {"unit": "ticks"}, joint_1=[0])
+
+
+def test_back_to_the_numbers_of_a_column(body: Body) -> None:
+    wrist = {"column": "m5", "sign": -1, "scale": 0.1, "zero": 2048, "unit": "deg"}
+    joints = joint_columns({"unit": "percent", "joint_2": wrist}, WHERE)
+    for joint in (0, 1):
+        one = conversion(body, joint, joints)
+        values = np.array([2000.0, 2100.0])
+        assert one.column(one.reading(values)) == pytest.approx(values)

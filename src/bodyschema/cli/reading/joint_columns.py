@@ -14,6 +14,13 @@
     reading = sign scale (number in the column - zero), in the unit
 
 In "percent" the number is -100 at the lower limit and 100 at the upper one.
+
+    [joints]
+    calibration = "my_arm.json"             # LeRobot's: what one in a column is, motor by motor
+    unit = "percent"                        # or "deg", "ticks": as the data set was recorded
+
+"percent" is then of each motor's own range, and samples at its ends, where it is cut off, are left
+out. The way is that of the ticks; a joint that turns the other way in the URDF has sign = -1.
 """
 
 from __future__ import annotations
@@ -21,10 +28,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any
 
 from bodyschema.cli.entry_types import entry_of, section
 from bodyschema.errors import InputError
+from bodyschema.sources.motors import Motor, motors_of, read_motors
 
 PERCENT = ("percent", "%")
 """Units of the limits: -100 is the lower one, 100 the upper one."""
@@ -61,6 +70,10 @@ class JointColumns:
     columns: dict[str, str] = field(default_factory=dict)
     each: dict[str, JointEntry] = field(default_factory=dict)
     """Joint -> how it is recorded, from [joints.NAME]."""
+    calibration: str = ""
+    """LeRobot's file."""
+    motors: dict[str, Motor] = field(default_factory=dict)
+    """What stands in it, so that a record of the run needs it no more."""
 
     def check(self, where: str) -> None:
         """Refuse joints that are described twice. Raises InputError."""
@@ -83,8 +96,13 @@ class JointColumns:
         return (*self.columns, *self.each)
 
 
-def joint_columns(table: Any, where: str) -> JointColumns:
+def joint_columns(table: Any, where: str, here: Path = Path()) -> JointColumns:
     """The section as it stands in a run file, or in a record of one.
+
+    Args:
+        table: the section.
+        where: names it in messages.
+        here: anchors the path of a calibration file.
 
     Raises:
         InputError: a key is unknown, or a value does not fit.
@@ -104,4 +122,12 @@ def joint_columns(table: Any, where: str) -> JointColumns:
         name: entry_of(JointEntry, entry, f"{where.replace(']', f'.{name}]', 1)}")
         for name, entry in each.items()
     }
+    file = rest.get("calibration")
+    if isinstance(file, str) and file:
+        path = here / file
+        told = rest.get("motors")
+        motors = motors_of(told, f"motors of {where}") if told else read_motors(path)
+        rest |= {"calibration": str(path), "motors": motors}
+    elif rest.get("motors"):
+        raise InputError(f"motors in {where} has no calibration; name LeRobot's file.")
     return entry_of(JointColumns, rest, where)

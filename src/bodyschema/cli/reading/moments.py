@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bodyschema.cli.reading.joints import column_of, read_joints
+from bodyschema.cli.reading.joints import column_of, cut_off, read_joints
 from bodyschema.errors import InputError
 from bodyschema.model.tree import Body
 from bodyschema.sources.condition import rows_where
@@ -53,6 +53,8 @@ class Moments:
     """(n_rows,) whether the joints were read about then; all rows when None."""
     joint_table: Recording | None = None
     """That the joints were read from; `recording` when None."""
+    cut: NDArray[np.bool_] | None = None
+    """(n_rows, n_joints) where a joint was recorded at an end at which it is cut off."""
 
     @classmethod
     def of(
@@ -70,8 +72,8 @@ class Moments:
         """
         known = {*recording.columns, *recording.texts}
         clocked = time != "" and (time is not None or any(c in known for c in TIME_COLUMNS))
-        q = read_joints(body, recording, joints)
-        return cls(body, joints, parts, recording, q, recording.time(time), clocked)
+        q, cut = read_joints(body, recording, joints), cut_off(body, recording, joints)
+        return cls(body, joints, parts, recording, q, recording.time(time), clocked, cut=cut)
 
     @classmethod
     def joined(
@@ -97,6 +99,7 @@ class Moments:
         return cls(
             body, streams.run.joints, parts, recording, q, time, True,
             rate=rate, known=known, joint_table=streams.joint_table,
+            cut=streams.joints.near_a_cut(time - lag),
         )  # fmt: skip
 
     @classmethod
@@ -117,6 +120,13 @@ class Moments:
         if not condition or self.recording is None:
             return self
         return replace(self, known=self._known & rows_where(self.recording, condition))
+
+    def readable(self, joints: Sequence[str]) -> Moments:
+        """The same without the rows in which one of these joints was cut off."""
+        columns = [self.body.joint_index(joint) for joint in joints]
+        if self.cut is None or not self.cut[:, columns].any():
+            return self
+        return replace(self, known=self._known & ~self.cut[:, columns].any(axis=1))
 
     def from_row(self, first: int) -> Moments:
         """The same, numbered from there."""

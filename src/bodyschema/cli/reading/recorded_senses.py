@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from bodyschema.cli.reading.joint_columns import PERCENT
 from bodyschema.cli.reading.joints import refuse_missing
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.sense_entry import SenseEntry
@@ -16,10 +20,15 @@ from bodyschema.estimation.problem import moved_joints
 from bodyschema.model.tree import Body
 from bodyschema.senses.outlines import Outlines
 from bodyschema.senses.sense import Sense, concatenate
+from bodyschema.sources.lerobot import is_lerobot
 from bodyschema.sources.tables import open_recording
+from bodyschema.units import listed
 
 if TYPE_CHECKING:
     from bodyschema.cli.run_file import RunFile
+
+NAMED = 3
+"""Joints that a sentence names."""
 
 Source = tuple[tuple[str, ...], str | None]
 """Files of a recording, and its column of times."""
@@ -80,10 +89,36 @@ def make_senses(run: RunFile, opened: Mapping[Source, Moments]) -> tuple[Sense, 
     return tuple(concatenate(parts) for _, parts in batches)
 
 
+def reading_remarks(run: RunFile, opened: Mapping[Source, Moments]) -> tuple[str, ...]:
+    """What to know of how the joints were read, a sentence each."""
+    said = []
+    for at in opened.values():
+        rows = 0 if at.cut is None else at.cut.any(axis=0)
+        named = [j for j, cut in zip(at.body.joints, np.atleast_1d(rows), strict=False) if cut]
+        if named and at.cut is not None:
+            said.append(
+                f"{listed(named, NAMED)} of {at.source}: {int(at.cut.any(axis=1).sum())} of "
+                f"{len(at)} rows stand at an end of the motor's range, where readings are cut off; "
+                "they are left out wherever that joint counts."
+            )
+    folders = [name for name in (*run.recording,) if is_lerobot(Path(name))]
+    if folders and not run.joints.motors and run.joints.unit in PERCENT:
+        said.append(
+            f"The joints of '{Path(folders[0]).name}' are read in percent of the limits in the "
+            "robot's description; LeRobot means those of the range that each motor was calibrated "
+            'to. Name its file, [joints] calibration = "ID.json"; if it is lost, free what one '
+            'percent is of each joint, [free] groups = ["offsets", "gears"].'
+        )
+    return tuple(said)
+
+
 def _sense(run: RunFile, entry: SenseEntry, at: Moments) -> Sense:
     """One sense of one recording."""
     try:
         sense = make_sense(entry, at)
+        whole = at.readable(moved_joints(at.body, [sense]))
+        if whole is not at:
+            sense = make_sense(entry, whole)
     except InputError as error:
         if not at.first:
             raise

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.cli.reading.columns import expanded
-from bodyschema.cli.reading.joints import column_of, read_joints
+from bodyschema.cli.reading.joints import column_of, cut_off, read_joints
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.tree import Body
 from bodyschema.sources.bags import is_bag, topics_of
@@ -72,7 +72,8 @@ class Streams:
         senses = tuple(_placed(entry, singles, holding[0]) for entry in run.senses)
         table = tables[holding[0]]
         q = read_joints(body, table, run.joints)
-        stream = JointStream(table.source, stamps(table, run.time), q)
+        cut = cut_off(body, table, run.joints)
+        stream = JointStream(table.source, stamps(table, run.time), q, cut)
         return cls(replace(run, recording=holding[0], senses=senses), stream, tables)
 
     @property
