@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.export.urdf_writer import write_urdf
+from bodyschema.model.camera import Camera
 from bodyschema.simulation.wrist_camera import (
     T_BASE_BOARD,
     T_FLANGE_CAMERA,
@@ -22,9 +23,12 @@ from bodyschema.simulation.wrist_camera import (
 )
 from bodyschema.sources.tables import write_table
 from bodyschema.vision.targets.target import Target
-from drawn_board import drawn
+from drawn_board import drawn, drawn_through
 
 Array = NDArray[np.float64]
+
+SMEAR = 9
+"""px, of a picture that was taken in motion."""
 
 CHARUCO = Target("charuco", 7, 5, 0.03, 0.022, "4X4_50")
 
@@ -69,6 +73,8 @@ def write_board_folder(
     lens: str = 'known = "no"',
     others: Collection[int] = (),
     noise: float = 2.0,
+    blurred: Collection[int] = (),
+    camera: Camera | None = None,
 ) -> Truth:
     """Write arm.urdf, joints.csv, shots and run.toml.
 
@@ -81,6 +87,8 @@ def write_board_folder(
         lens: lines of its section.
         others: pictures in which the board lies elsewhere, as if it were another.
         noise: of the pictures, grey levels.
+        blurred: pictures that are smeared, each in a direction of its own.
+        camera: with another lens than that of `drawn_board`.
     """
     import cv2
 
@@ -95,7 +103,14 @@ def write_board_folder(
             T_camera_target = T_camera_target @ lie.transform(
                 lie.exp_so3([0.1, -0.15, 1.0]), [0.06, -0.03, 0.01]
             )
-        grey = drawn(target, T_camera_target) + rng.normal(0, noise, (480, 640))
+        grey = (
+            drawn(target, T_camera_target)
+            if camera is None
+            else drawn_through(target, T_camera_target, camera)
+        )
+        if row in blurred:
+            grey = smeared(grey, rng.uniform(0, np.pi))
+        grey = grey + rng.normal(0, noise, (480, 640))
         cv2.imwrite(str(folder / "shots" / f"{row}.png"), np.clip(grey, 0, 255).astype(np.uint8))
     arm = recorded.believed
     (folder / "arm.urdf").write_bytes(write_urdf(arm))
@@ -103,3 +118,15 @@ def write_board_folder(
     write_table(folder / "joints.csv", readings)
     (folder / "run.toml").write_text(RUN.format(lens=lens, target=(declared or target).toml))
     return Truth(T_FLANGE_CAMERA, T_BASE_BOARD @ flip, recorded.offsets)
+
+
+def smeared(grey: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
+    """A picture moved by SMEAR pixels in a direction, rad, while it was taken."""
+    import cv2
+
+    half = (SMEAR - 1) / 2
+    along = np.linspace(-half, half, 8 * SMEAR)
+    kernel = np.zeros((SMEAR, SMEAR))
+    rows, columns = (np.rint(half + along * f(angle)).astype(int) for f in (np.sin, np.cos))
+    np.add.at(kernel, (rows, columns), 1 / len(along))
+    return np.asarray(cv2.filter2D(grey, -1, kernel), dtype=np.uint8)

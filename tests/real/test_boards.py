@@ -10,6 +10,9 @@ import pytest
 pytest.importorskip("cv2")
 
 from boards import entry, real_set, unknown
+from bodyschema.cli.reading.board_pictures import grey_picture
+from bodyschema.vision.targets.detection import find_target
+from bodyschema.vision.targets.target import Target
 
 Folder = Callable[[str], Path]
 
@@ -31,3 +34,13 @@ def test_a_chessboard_that_came_out_either_way_round(shared_data: Folder) -> Non
     assert figures["pictures"] == 40
     assert figures["held_out_px"] < 0.5
     assert figures["held_out_px"] < 0.5 * figures["opencv_held_out_px"]
+
+
+def test_what_was_drawn_over_a_board_is_no_corner(shared_data: Folder) -> None:
+    """Marks beside the corners of 6 boards: a detector finds 8 corners in one of the pictures."""
+    folder = shared_data("doosan_a0509_wrist")
+    target = Target("charuco", 7, 5, 0.03, 0.022, "4X4_50")
+    found = [find_target(target, grey_picture(path)) for path in folder.glob("images/*.jpg")]
+    assert len(found) == 6
+    seen = [one for one in found if one is not None]
+    assert [(len(one), len(one.rejected)) for one in seen] == [(0, 8)]

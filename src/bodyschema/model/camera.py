@@ -1,4 +1,4 @@
-"""Cameras: pinhole with OpenCV's distortion, fixed to a frame of the body.
+"""Cameras: pinhole or fisheye with OpenCV's distortion, fixed to a frame of the body.
 
 A point (x, y, z) in the optical frame (z forward, x right, y down) has the normalised coordinates
 a = x / z, b = y / z, r^2 = a^2 + b^2. The lens moves them to
@@ -8,7 +8,8 @@ a = x / z, b = y / z, r^2 = a^2 + b^2. The lens moves them to
     b' = s b + p1 (r^2 + 2 b^2) + 2 p2 a b + s3 r^2 + s4 r^4
 
 and the pixel is K (a', b', 1). Coefficients come in OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2
-s3 s4, of which the first 0, 4, 5, 8 or 12 are given. Pixel (0, 0) is the centre of the top-left
+s3 s4, of which the first 0, 4, 5, 8 or 12 are given; a fisheye has k1 k2 k3 k4 or none, and bends
+as `distortion` says. Pixel (0, 0) is the centre of the top-left
 pixel.
 """
 
@@ -21,11 +22,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.model.distortion import FISHEYE, MODELS
 
 Array = NDArray[np.float64]
 
 COUNTS = (0, 4, 5, 8, 12)
 """How many distortion coefficients there may be."""
+
+OF_FISHEYE = (0, 4)
+"""The same of a fisheye."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,8 @@ class Camera:
     """(3, 3) K: f_x, f_y, c_x, c_y in pixels, no skew."""
     distortion: Array = field(default_factory=lambda: np.zeros(0))
     """(k,) in OpenCV's order; empty for none."""
+    fisheye: bool = False
+    """Whether the lens is equidistant: then so is one without coefficients."""
 
     def __post_init__(self) -> None:
         K = np.array(self.matrix, dtype=np.float64)
@@ -53,10 +60,11 @@ class Camera:
             raise InputError(
                 f"the matrix of camera '{self.name}' has skew or a wrong last row: {K}."
             )
-        if len(lens) not in COUNTS or not np.isfinite(lens).all():
+        if len(lens) not in (OF_FISHEYE if self.fisheye else COUNTS) or not np.isfinite(lens).all():
             raise InputError(
                 f"camera '{self.name}' has {len(lens)} distortion coefficients; give "
-                "0, 4, 5, 8 or 12 finite ones (k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4)."
+                "0, 4, 5, 8 or 12 finite ones (k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4), of a fisheye "
+                "0 or 4 (k1 k2 k3 k4)."
             )
         if self.width < 1 or self.height < 1:
             raise InputError(
@@ -85,6 +93,11 @@ class Camera:
         """(4,) f_x, f_y, c_x, c_y in pixels."""
         return self.matrix[[0, 1, 0, 1], [0, 1, 2, 2]]
 
+    @property
+    def bends(self) -> bool:
+        """Whether straight lines look bent."""
+        return self.fisheye or bool(self.distortion.any())
+
     def project(self, points: ArrayLike) -> Array:
         """Pixels of points in the optical frame, with distortion: (*b, 3) m -> (*b, 2).
 
@@ -93,7 +106,7 @@ class Camera:
         p = np.asarray(points, dtype=np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
             plane = p[..., :2] / p[..., 2:]
-            bent = self._distort(plane) if self.distortion.any() else plane
+            bent = self._distort(plane) if self.bends else plane
         f_x, f_y, c_x, c_y = self.intrinsics
         return np.asarray(bent * (f_x, f_y) + (c_x, c_y))
 
@@ -113,7 +126,7 @@ class Camera:
                 f"camera '{self.name}' takes images of {self.height} rows and {self.width} "
                 f"columns; got an array of shape {image.shape}."
             )
-        if not self.distortion.any():
+        if not self.bends:
             return image
         try:
             import cv2
@@ -142,6 +155,10 @@ class Camera:
 
     def _distort(self, plane: Array) -> Array:
         """Normalised coordinates as the lens bends them, (*b, 2) -> (*b, 2)."""
+        if self.fisheye:
+            k = np.pad(self.distortion, (0, OF_FISHEYE[-1] - len(self.distortion)))
+            flat = MODELS[FISHEYE].bend(k, plane.reshape(-1, 2))
+            return np.asarray(flat.reshape(plane.shape))
         k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = np.pad(
             self.distortion, (0, COUNTS[-1] - len(self.distortion))
         )

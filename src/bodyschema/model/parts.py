@@ -1,6 +1,6 @@
 """Parts: what a prediction needs besides frames and joints, each a short vector of named numbers.
 
-    lens      f_x f_y c_x c_y and OpenCV's distortion of a camera                      px, 1
+    lens      f_x f_y c_x c_y and the distortion of a camera, in one of three models    px, 1
     load      ten roots eta of a pseudo-inertia (`inertia`): always a load that can exist
     sensor    what is read = (1 + gain) * what is + offset, one of each for every channel
     clock     lag of a stream behind the joint readings                                s
@@ -24,13 +24,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model.camera import Camera
+from bodyschema.model.distortion import FISHEYE, MODELS, PLUMB_BOB, RATIONAL
 from bodyschema.model.inertia import Inertia, log_cholesky, phi_of_log_cholesky
 
 Array = NDArray[np.float64]
 
-LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-LENS_PRIOR = (0.02, 0.02, 0.02, 0.02, 0.1, 0.1, 0.01, 0.01, 0.1)
-"""Prior standard deviations: of f and c in units of f, of the distortion as it is."""
+PINHOLE = ("fx", "fy", "cx", "cy")
+PINHOLE_PRIOR = (0.02,) * 4
+"""Prior standard deviations in units of f."""
 
 ROOTS = ("alpha", "d1", "d2", "d3", "s12", "s23", "s13", "t1", "t2", "t3")
 ROOT_PRIOR = (2.5, 1.2, 1.2, 1.2, 0.1, 0.1, 0.1, 0.5, 0.5, 0.5)
@@ -91,22 +92,27 @@ class Part:
 
 
 def lens(camera: Camera) -> Part:
-    """The lens of a camera: focal lengths, centre, and five coefficients of distortion.
+    """The lens of a camera: focal lengths, centre, and the distortion of its model.
+
+    Five coefficients or fewer are a plumb_bob's, eight a rational lens's.
 
     Raises:
-        InputError: the camera has the rational or thin-prism terms of a longer model.
+        InputError: the camera has the thin-prism terms of a longer model.
     """
-    distortion = np.zeros(5)
-    distortion[: len(camera.distortion[:5])] = camera.distortion[:5]
-    if camera.distortion[5:].any():
+    given = camera.distortion
+    if given[8:].any():
         raise InputError(
-            f"camera '{camera.name}' has {len(camera.distortion)} distortion coefficients; a lens "
-            "that is to be learned has k1 k2 p1 p2 k3."
+            f"camera '{camera.name}' has {len(given)} distortion coefficients; a lens that is to "
+            "be learned has k1 k2 p1 p2 k3, or k1 k2 p1 p2 k3 k4 k5 k6, or those of a fisheye."
         )
-    scale = np.array([*[float(camera.matrix[0, 0])] * 4, *[1.0] * 5])
-    units = ("px",) * 4 + ("1",) * 5
+    name = FISHEYE if camera.fisheye else RATIONAL if len(given) > 5 else PLUMB_BOB
+    model = MODELS[name]
+    distortion = np.zeros(len(model.names))
+    distortion[: len(given)] = given[: len(distortion)]
+    prior = [*(float(camera.matrix[0, 0]) * np.array(PINHOLE_PRIOR)), *model.priors]
+    units = ("px",) * 4 + ("1",) * len(distortion)
     values = np.concatenate([camera.intrinsics, distortion])
-    return Part("lens", LENS, units, values, scale * LENS_PRIOR)
+    return Part("lens", (*PINHOLE, *model.names), units, values, np.array(prior))
 
 
 def load(inertia: Inertia | None = None) -> Part:

@@ -62,7 +62,7 @@ def _check(camera: Camera, picture: Picture) -> None:
             f"camera '{camera.name}' has {camera.height} rows and {camera.width} columns, its "
             f"picture {picture.shape[0]} and {picture.shape[1]}."
         )
-    if camera.distortion.any():
+    if camera.bends:
         raise InputError(
             f"camera '{camera.name}' has lens distortion; straighten its pictures with "
             "Camera.undistort and give a camera without."

@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bodyschema.errors import InputError
 from bodyschema.model.lens import pixel_derivatives, pixels
-from bodyschema.model.parts import LENS
 from bodyschema.model.tree import Body
 from bodyschema.model.variables import Variables
 from bodyschema.senses.carried import carried, carried_position, each, shown
@@ -101,9 +100,9 @@ class Pixels(Sense):
         return self.target * body.part(self.scale)["scale"] if self.scale else self.target
 
     def lens_of(self, body: Body) -> Array:
-        """(9,) numbers of the lens. Raises InputError for a part of another kind."""
+        """(4 + k,) numbers of the lens. Raises InputError for a part of another kind."""
         part = body.part(self.lens)
-        if part.names != LENS:
+        if part.kind != "lens":
             raise InputError(f"{self.label}: part '{self.lens}' is a {part.kind}, not a lens.")
         return part.values
 

@@ -7,10 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from board_folder import CHARUCO, Truth, write_board_folder
 from bodyschema.cli import run
+from bodyschema.model.camera import Camera
 from bodyschema.vision.targets.target import Target
 
 cv2 = pytest.importorskip("cv2")
@@ -77,6 +79,36 @@ def test_pictures_of_another_board_are_held_off(
     assert set(answer["outliers"]) == {2, 7, 11}
 
 
+def test_blurred_pictures_are_left_out_and_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A fifth of all is smeared or shows another board: the rest is as right as ever."""
+    truth = write_board_folder(tmp_path, 20, blurred=(3, 13), others=(7, 17))
+    _, answer, _ = calibrated(tmp_path, capsys)
+    assert_right(answer, truth)
+    assert answer["held_out"]["image_px"]["rms"] < 0.1
+    assert set(answer["outliers"]) == {7, 17}
+    assert any("3.png, 13.png" in note for note in answer["notes"])
+    assert any("in 18 of 20 pictures" in note for note in answer["notes"])
+
+
+@pytest.mark.parametrize(("model", "stated"), [("fisheye", False), ("rational", True)])
+def test_lenses_of_other_models(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], model: str, stated: bool
+) -> None:
+    """One of which no word is said, and one whose focal length is 1 % off."""
+    k = {"fisheye": [0.05, -0.02, 0.006, -0.001], "rational": [0.3, 0.05, 0, 0, 0, 0.4, 0.1, 5e-3]}
+    K = np.array([[280.0, 0, 320], [0, 280, 240], [0, 0, 1]])
+    camera = Camera("lens", "lens", 640, 480, K, np.array(k[model]), fisheye=model == "fisheye")
+    said = f"fx = 283.0\nfy = 283.0\ndistortion = {k[model]}" if stated else 'known = "no"'
+    lens = f'{said}\nmodel = "{model}"'
+    truth = write_board_folder(tmp_path, 10, 1, lens=lens, camera=camera)
+    code, answer, _ = calibrated(tmp_path, capsys)
+    assert code == 0
+    assert answer["held_out"]["image_px"]["rms"] < 0.15
+    assert_right(answer, truth)
+
+
 def test_squares_of_another_size_are_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -106,6 +138,12 @@ def test_a_board_that_looks_the_same_turned_round(
     ("old", "new", "words"),
     [
         ("size = [640, 480]", "size = [1280, 720]", "have 640 x 480 pixels"),
+        ("size = [640", 'model = "fishy"\nsize = [640', "model = 'fishy' in [parts.lens]"),
+        (
+            "size = [640",
+            'fx = 600.0\nmodel = "fisheye"\ndistortion = [0, 0, 0, 0, 0]\nsize = [640',
+            "has 5 numbers, and a lens of model 'fisheye' has 4",
+        ),
         ("columns = 7", "columns = 9", "check columns, rows, dictionary"),
         ('kind = "charuco"', 'kind = "charucco"', "did you mean 'charuco'"),
         ("target = {", "target = [] # {", "is a table, such as"),

@@ -66,9 +66,16 @@ def test_a_lens_is_that_of_its_camera() -> None:
     part = parts.lens(camera)
     assert part.values.tolist() == [610, 605, 319.5, 239.5, 0.1, -0.2, 1e-3, 2e-3, 0.05]
     assert part.prior_std[0] == pytest.approx(0.02 * 610)
-    longer = Camera("eye", "tool", 640, 480, MATRIX, np.array([0.1, 0, 0, 0, 0, 0.3, 0, 0]))
-    with pytest.raises(InputError, match="camera 'eye' has 8 distortion coefficients"):
-        parts.lens(longer)
+    longer = np.array([0.1, 0, 0, 0, 0, 0.3, 0, 0, 0, 0, 0, 0])
+    part = parts.lens(Camera("eye", "tool", 640, 480, MATRIX, longer[:8]))
+    assert (len(part.values), part["k4"]) == (12, 0.3)
+    fisheye = parts.lens(Camera("eye", "tool", 640, 480, MATRIX, longer[:4], fisheye=True))
+    assert fisheye.names[4:] == ("k1", "k2", "k3", "k4")
+    longer[8] = 0.01
+    with pytest.raises(InputError, match="camera 'eye' has 12 distortion coefficients"):
+        parts.lens(Camera("eye", "tool", 640, 480, MATRIX, longer))
+    with pytest.raises(InputError, match="of a fisheye 0 or 4"):
+        Camera("eye", "tool", 640, 480, MATRIX, longer[:5], fisheye=True)
 
 
 def test_a_load_is_physical_wherever_its_roots_go() -> None:

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.cli.entry_types import entry_of
+from bodyschema.cli.reading.board_pictures import Photograph, left_out, photographs
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.part_kinds import unstated
-from bodyschema.cli.reading.pictures import picture_path
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.errors import InputError
+from bodyschema.model.distortion import PLUMB_BOB
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.lens import straight_rays
 from bodyschema.model.parts import lens as lens_part
@@ -27,8 +28,6 @@ from bodyschema.seeds.pixel_poses import pose_of_points
 from bodyschema.seeds.turned_boards import board_turns
 from bodyschema.senses.pixels import Pixels
 from bodyschema.senses.sense import Sense
-from bodyschema.sources.video import read_picture
-from bodyschema.vision.targets.detection import find_target
 from bodyschema.vision.targets.found import Found
 from bodyschema.vision.targets.lens_start import begun_lens
 from bodyschema.vision.targets.target import Target
@@ -39,9 +38,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-RED_GREEN_BLUE = (0.299, 0.587, 0.114)
-"""Weights of a grey level, those of OpenCV."""
-
 
 def board(entry: SenseEntry, at: Moments) -> Sense:
     """The corners of a board in the pictures of a recording.
@@ -50,31 +46,36 @@ def board(entry: SenseEntry, at: Moments) -> Sense:
         InputError: no target, a picture that is missing or of another size than the lens, or no
             board in any.
     """
-    target = target_of(entry)
-    if len(entry.columns) > 1:
-        raise InputError("a sense of a board has one column, the number in the picture's name.")
-    numbers, rows = at.read(entry.columns)
-    names = numbers[:, 0].astype(np.int64) if entry.columns else rows
-    found, size = _found(entry, target, names)
+    target, taken = target_of(entry), pictures_of(entry, at)
+    size = taken[0].size if taken else (0, 0)
     declared = at.parts[entry.lens].size
-    if len(names) and declared and size != declared:
+    if taken and declared and size != declared:
         raise InputError(
             f"the pictures '{entry.images}' have {size[0]} x {size[1]} pixels, and size = "
             f"{list(declared)} in [parts.{entry.lens}]; give the lens of these pictures: fx, fy, "
             "cx and cy shrink with the size."
         )
-    seen = [k for k, one in enumerate(found) if one is not None]
-    if len(names) and not seen:
-        raise InputError(_nothing(entry, target, len(names)))
-    corners = [one for one in found if one is not None]
-    if seen and not target.tagged:
-        corners = _unturned(entry, at, target, corners, rows[seen], size)
+    used = [(one.row, one.found) for one in taken if one.used and one.found is not None]
+    if taken and not used:
+        raise InputError(_nothing(entry, target, taken))
+    rows, corners = np.array([row for row, _ in used], dtype=np.int64), [one for _, one in used]
+    if used and not target.tagged:
+        corners = _unturned(entry, at, target, corners, rows, size)
     counts = [len(one) for one in corners]
     ids = np.concatenate([one.ids for one in corners] or [np.zeros(0, np.int64)])
     image = np.concatenate([one.image for one in corners] or [np.zeros((0, 2))])
-    each = np.repeat(rows[seen], counts)
+    each = np.repeat(rows, counts)
     more = {"target": target.corners[ids], "scale": entry.scale, **at.more(entry, each, [1.0])}
     return Pixels.make(at.q[each], image, entry.seen_from, entry.seen, entry.lens, **more)
+
+
+def pictures_of(entry: SenseEntry, at: Moments) -> tuple[Photograph, ...]:
+    """The photographs of a sense, those that are left out among them. Raises InputError."""
+    if len(entry.columns) > 1:
+        raise InputError("a sense of a board has one column, the number in the picture's name.")
+    numbers, rows = at.read(entry.columns)
+    names = numbers[:, 0].astype(np.int64) if entry.columns else rows
+    return photographs(entry, target_of(entry), names, rows)
 
 
 def target_of(entry: SenseEntry) -> Target:
@@ -104,7 +105,8 @@ def with_begun_lenses(run: RunFile, body: Body, senses: Sequence[Sense]) -> Body
         if not pictures:
             continue
         width, height = part.size
-        lens = begun_lens([p for p, _ in pictures], [i for _, i in pictures], width, height)
+        places, images = [p for p, _ in pictures], [i for _, i in pictures]
+        lens = begun_lens(places, images, width, height, part.model or PLUMB_BOB)
         if lens is None:
             raise InputError(
                 f"[parts.{name}] has no fx, and three pictures of a board with six corners or more "
@@ -131,16 +133,18 @@ def board_remarks(
         if not mine or not len(sense):
             continue
         rows, counts = np.unique(sense.rows, return_counts=True)
-        sources = {
-            (e.recording or run.recording, run.time if e.time is None else e.time) for e in mine
-        }
-        pictures = sum(len(opened[source]) for source in sources)
+        taken = [one for e in mine for one in pictures_of(e, opened[_source(run, e)].only(e.where))]
         said.append(
             f"The board '{sense.seen}' was found by '{sense.seen_from}' in {len(rows)} of "
-            f"{pictures} pictures: {len(sense)} corners, in the middle picture "
+            f"{len(taken)} pictures: {len(sense)} corners, in the middle picture "
             f"{int(np.median(counts))} of {len(target_of(mine[0]).corners)}."
         )
+        said += left_out(taken)
     return said
+
+
+def _source(run: RunFile, entry: SenseEntry) -> tuple[tuple[str, ...], str | None]:
+    return entry.recording or run.recording, run.time if entry.time is None else entry.time
 
 
 def _label(entry: SenseEntry) -> str:
@@ -153,32 +157,9 @@ def _pictures(sense: Pixels) -> list[tuple[Array, Array]]:
     return [(sense.target[sense.rows == row], sense.observed[sense.rows == row]) for row in order]
 
 
-def _found(
-    entry: SenseEntry, target: Target, numbers: Ints
-) -> tuple[list[Found | None], tuple[int, int]]:
-    """The corners of each picture, and the size of all.
-
-    Raises:
-        InputError: pictures differ in size.
-    """
-    found: list[Found | None] = []
-    size = (0, 0)
-    for number in numbers:
-        path = picture_path(entry.images, int(number))
-        grey = np.rint(read_picture(path) @ np.array(RED_GREEN_BLUE)).astype(np.uint8)
-        own = (grey.shape[1], grey.shape[0])
-        if found and own != size:
-            raise InputError(
-                f"the picture '{path.name}' has {own[0]} x {own[1]} pixels, those before it "
-                f"{size[0]} x {size[1]}; a sense has pictures of one camera and one size."
-            )
-        size = own
-        found.append(find_target(target, grey))
-    return found, size
-
-
-def _nothing(entry: SenseEntry, target: Target, count: int) -> str:
+def _nothing(entry: SenseEntry, target: Target, taken: Sequence[Photograph]) -> str:
     """That no picture shows the board, and what it may be."""
+    count, drawn_over = len(taken), " ".join(left_out([one for one in taken if one.found]))
     what = f"{target.kind} of {target.columns} x {target.rows}"
     count_of = "inner corners, not squares" if target.kind == "chessboard" else f"{target.kind}"
     hint = (
@@ -188,7 +169,7 @@ def _nothing(entry: SenseEntry, target: Target, count: int) -> str:
     )
     return (
         f"no board '{entry.seen}' ({what}) in any of the {count} pictures of '{entry.images}'; "
-        f"{hint}, and see that nothing was drawn over it."
+        f"{hint}, and see that nothing was drawn over it. {drawn_over}".rstrip()
     )
 
 
@@ -208,7 +189,8 @@ def _unturned(
     lens = at.body.part(entry.lens).values
     if unstated(at.parts[entry.lens]):
         found = [(places[one.ids], one.image) for one in corners]
-        begun = begun_lens([p for p, _ in found], [i for _, i in found], *size)
+        model = at.parts[entry.lens].model or PLUMB_BOB
+        begun = begun_lens([p for p, _ in found], [i for _, i in found], *size, model)
         lens = lens if begun is None else lens_part(begun).values
     T = [pose_of_points(places[one.ids], straight_rays(lens, one.image)) for one in corners]
     ends = [_parent(at.body, name) for name in (entry.seen_from, entry.seen)]
@@ -217,10 +199,7 @@ def _unturned(
     which = np.zeros(len(corners), dtype=np.int64)
     poses = np.array([one for one in T if one is not None])
     which[told] = board_turns(K, poses, [F for _, F in turns])
-    return [
-        Found(inverse(turns[k][0])[one.ids], one.image, one.covariance)
-        for k, one in zip(which, corners, strict=True)
-    ]
+    return [one.taken(inverse(turns[k][0])) for k, one in zip(which, corners, strict=True)]
 
 
 def inverse(order: Ints) -> Ints:

@@ -28,7 +28,10 @@ class PartEntry:
     fov_deg: float | None = None
     """Instead of fx: angle of view from the left to the right edge."""
     distortion: tuple[float, ...] = ()
-    """k1 k2 p1 p2 k3."""
+    """k1 k2 p1 p2 k3, of a rational lens k4 k5 k6 after them, of a fisheye k1 k2 k3 k4."""
+    model: str = ""
+    """Of the distortion: "plumb_bob", "rational" or "fisheye"; by the count of `distortion` when
+    empty, which is never a fisheye."""
     size: tuple[int, ...] = ()
     """Width and height of the pictures, px."""
     mass_kg: float | None = None

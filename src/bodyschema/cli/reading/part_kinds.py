@@ -14,10 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.cli.entry_types import one_of
 from bodyschema.cli.reading.part_entry import PartEntry
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.model import parts
 from bodyschema.model.camera import Camera
+from bodyschema.model.distortion import FISHEYE, MODELS
 from bodyschema.model.inertia import Inertia, symmetric
 from bodyschema.model.parts import Part
 from bodyschema.model.tree import Body
@@ -97,7 +99,23 @@ def camera(entry: PartEntry, frame: str, where: str) -> Camera:
     cx = middle_x if entry.cx is None else entry.cx
     cy = middle_y if entry.cy is None else entry.cy
     K = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-    return Camera(frame, frame, width, height, K, np.array(entry.distortion))
+    given = _distortion(entry, where)
+    return Camera(frame, frame, width, height, K, given, fisheye=entry.model == FISHEYE)
+
+
+def _distortion(entry: PartEntry, where: str) -> Array:
+    """Coefficients of a lens, as many as its model has where one is named."""
+    given = np.array(entry.distortion, dtype=np.float64)
+    if not entry.model:
+        return given
+    one_of("model", entry.model, MODELS, where)
+    names = MODELS[entry.model].names
+    if len(given) > len(names):
+        raise InputError(
+            f"distortion in {where} has {len(given)} numbers, and a lens of model "
+            f"'{entry.model}' has {len(names)}: {' '.join(names)}."
+        )
+    return np.pad(given, (0, len(names) - len(given)))
 
 
 def unstated(entry: PartEntry) -> bool:
@@ -202,7 +220,7 @@ class Kind(NamedTuple):
 
 
 KINDS: dict[str, Kind] = {
-    "lens": Kind(("fx", "fy", "cx", "cy", "fov_deg", "distortion", "size"), _lens),
+    "lens": Kind(("fx", "fy", "cx", "cy", "fov_deg", "distortion", "model", "size"), _lens),
     "load": Kind(("mass_kg", "com_m", "moments_kgm2"), _load),
     "sensor": Kind(("channels", "offset", "gain"), _sensor),
     "clock": Kind(("lag_ms",), _clock),

@@ -32,6 +32,9 @@ Numbered = tuple[Ints, Array]
 def find_target(target: Target, grey: Grey) -> Found | None:
     """The corners of a target in a picture; None when it is not there.
 
+    Fewer than LEAST corners, or none, are left where no edges meet at what was detected: it is of
+    no use, and `Found.rejected` says why.
+
     Args:
         target: what to look for.
         grey: (height, width).
@@ -43,8 +46,9 @@ def find_target(target: Target, grey: Grey) -> Found | None:
     ids, image = _FINDERS[target.kind](target, np.ascontiguousarray(grey))
     height, width = grey.shape
     inside = (image > -0.5).all(axis=1) & (image < [width - 0.5, height - 0.5]).all(axis=1)
-    found = Found.of(grey, ids[inside], image[inside], target.kind == "circles")
-    return found if len(found) >= LEAST else None
+    if inside.sum() < LEAST:
+        return None
+    return Found.of(grey, ids[inside], image[inside], target.kind == "circles", target.clear)
 
 
 def _chessboard(target: Target, grey: Grey) -> Numbered:

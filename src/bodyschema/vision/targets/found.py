@@ -11,10 +11,13 @@ Blur spreads an edge, which makes its gradients small: a smeared corner says so 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from bodyschema.vision.targets.spread import LEAST_HALF, NO_CORNER, in_no_order, spreads
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,6 +33,9 @@ LEAST_NOISE = 0.5
 FLOOR = 0.05
 """px: what detectors are off by in pictures without noise, from edges that fall between pixels."""
 
+BESIDE = 0.5
+"""px: half the width of an edge, which a window that is free of it keeps from it."""
+
 FLAT = 1e-6
 """Least sum of squared gradients: of a window without any edge the covariance is huge, not nan."""
 
@@ -44,12 +50,40 @@ class Found:
     """(m, 2) px; (0, 0) is the centre of the top-left pixel."""
     covariance: Array
     """(m, 2, 2) px^2 of each, as stated above."""
+    blur: float = 0.0
+    """px: the middle one of the spreads of edges about the corners (`spread`); 0 where other edges
+    are too near to tell, and for circles."""
+    rejected: Array = field(default_factory=lambda: np.empty((0, 2)))
+    """(k, 2) px: what the detector took for corners, and no edges meet there."""
 
     @classmethod
-    def of(cls, grey: Grey, ids: Ints, image: Array, round_ones: bool = False) -> Found:
-        """Corners, or middles of circles, with what the picture says of their errors."""
-        half = _half_way(image) if round_ones else HALF
-        return cls(ids, image, covariances(grey, image, half))
+    def of(
+        cls, grey: Grey, ids: Ints, image: Array, round_ones: bool = False, clear: float = 1.0
+    ) -> Self:
+        """Corners, or middles of circles, with what the picture says of their errors.
+
+        Args:
+            grey: (height, width).
+            ids: (m,) which corners.
+            image: (m, 2) px.
+            round_ones: circles, whose edges do not meet.
+            clear: share of the way to the next corner on which there is no other edge.
+        """
+        if round_ones:
+            return cls(ids, image, covariances(grey, image, _half_way(image)))
+        reach = clear * _to_the_next(image) - BESIDE if len(image) > 1 else float(HALF)
+        half = int(np.clip(reach, LEAST_HALF, HALF))
+        passing = spreads(grey, image, half)
+        clean = reach >= LEAST_HALF
+        # The rims of tags nearby pass at a distance too, though not like edges in no order.
+        good = passing < (NO_CORNER if clean else 1.0) * in_no_order(half)
+        blur = float(np.median(passing)) if clean else 0.0
+        error = covariances(grey, image[good], HALF)
+        return cls(ids[good], image[good], error, blur, image[~good])
+
+    def taken(self, order: Ints) -> Self:
+        """The same with other numbers for the corners: number i becomes order[i]."""
+        return replace(self, ids=order[self.ids])
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -62,9 +96,13 @@ class Found:
 
 def _half_way(image: Array) -> int:
     """Half the way to the nearest neighbour, the middle one of all, px."""
+    return max(HALF, round(_to_the_next(image) / 2)) if len(image) > 1 else HALF
+
+
+def _to_the_next(image: Array) -> float:
+    """px from a corner to the nearest other one, the middle of all."""
     apart = np.linalg.norm(image[:, None] - image, axis=2)
-    nearest = np.sort(apart, axis=1)[:, 1:2]
-    return max(HALF, round(float(np.median(nearest)) / 2)) if nearest.size else HALF
+    return float(np.median(np.sort(apart, axis=1)[:, 1]))
 
 
 def covariances(grey: Grey, image: Array, half: int = HALF) -> Array:

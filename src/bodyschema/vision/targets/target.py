@@ -92,6 +92,14 @@ class Target:
         return self.columns - inner, self.rows - inner
 
     @property
+    def clear(self) -> float:
+        """Share of the way from a corner to the next on which there is no edge but its own."""
+        if self.kind == "charuco":
+            return (self.square_m - self.marker_m) / 2 / self.square_m
+        # A tag's black rim is a cell wide, of eight or ten.
+        return 0.1 if self.kind == "tags" else 0.5
+
+    @property
     def corners(self) -> Array:
         """Places of the corners in the target's frame, (n, 3) m."""
         columns, rows = self.grid
