@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 import markerless
 from bodyschema.studies.registry import study_class
 from bodyschema.studies.runner import run_study
+from bodyschema.studies.study import Task
 from bodyschema.studies.watched_scenes import shares
 from key_figures.figure import Values
 from watched_arms import vislab
@@ -25,9 +27,9 @@ TOLD = slice(1, 6)
 
 def found_body(data: Path) -> Values:
     """Which cells are me: an arm and a humanoid, three films each."""
-    study = study_class("nabeshima", "find-body")(runs=2, motions=MOTIONS)
-    kinds = ("none", "always", "lagged")
-    tasks = [task for task in study.tasks() if task.settings["kind"] in kinds]
+    study = study_class("nabeshima", "find-body")(motions=MOTIONS)
+    films = product(enumerate(("arm", "humanoid")), ("none", "always", "lagged"))
+    tasks = [Task("", {"run": run, "robot": robot, "kind": kind}) for (run, robot), kind in films]
     found = [study.work(task)["better"] for task in tasks]
     score = shares([film["after"][str(MOTIONS)] for film in found])
     late = [1e3 * abs(film["lag_error"]) for film in found if film["lag_error"] is not None]

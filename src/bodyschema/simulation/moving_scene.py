@@ -126,9 +126,12 @@ class Studio:
         pictures = np.empty((len(time), HEIGHT, WIDTH), dtype=np.uint8)
         body = np.empty((len(labelled), HEIGHT, WIDTH), dtype=bool)
         thing = np.empty_like(body)
+        here = np.hstack([truth, moves])
         for i in range(len(time)):
-            self._pose(truth[i], moves[i], time[i])
-            clean = self._draw() @ np.array([0.299, 0.587, 0.114])
+            # Where nothing has moved, the picture before is this one but for its noise.
+            if i == 0 or scene.carried != "nothing" or (here[i] != here[i - 1]).any():
+                self._pose(truth[i], moves[i], time[i])
+                clean = self._draw() @ np.array([0.299, 0.587, 0.114])
             noisy = clean + scene.noise * rng.standard_normal(clean.shape, dtype=np.float32)
             pictures[i] = np.clip(np.rint(noisy), 0, 255)
             if i % LABEL_EVERY == 0:

@@ -8,7 +8,7 @@ are called me.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -81,3 +81,22 @@ def _first(called: Mapping[int, Flags], good: Callable[[float], bool]) -> int | 
         if len(cells) and good(float(cells.mean())):
             return motions
     return None
+
+
+def carried(films: Sequence[Result]) -> Result:
+    """Over the films in which the thing covers at least one cell."""
+    seen = [film for film in films if film["cells"]]
+    were = [film for film in seen if film["cells_left"]]
+    worn = [film["me_after"] for film in seen if film["me_after"] is not None]
+    let_go = [film["not_me_after"] for film in were if film["not_me_after"] is not None]
+    return {
+        "films": len(seen), "became_me": len(worn), "me_after": quantiles(worn),
+        "were_me": len(were), "let_go": len(let_go), "not_me_after": quantiles(let_go),
+    }  # fmt: skip
+
+
+def quantiles(values: Sequence[float]) -> Result:
+    """Median and 90 %; None of nothing."""
+    if not values:
+        return {"median": None, "p90": None}
+    return {"median": float(np.median(values)), "p90": float(np.quantile(values, 0.9))}

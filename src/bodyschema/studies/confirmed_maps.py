@@ -5,7 +5,7 @@ the evidence grew and moves again, perturbed. With eps_m (J, rows, cols) what be
 after a joint did in motion m, and eps'_m the same of the confirming motion, the map of m is
 
     L_m = eps_m AND eps'_m     with the confirming motion (the way back counts neither way)
-    L_m = eps_m                without
+    L_m = eps_m                without: the same motion, before it is confirmed
 
 and the body is, by two readings, the cells of any map so far (red in Fig. 3), or those that the
 maps find again and again: the redder cells of the blend in Fig. 5.
@@ -13,18 +13,21 @@ maps find again and again: the redder cells of the blend in Fig. 5.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.frames import Frame
-from bodyschema.attention.onsets import OnsetCoincidence
+from bodyschema.attention.onsets import STILL, OnsetCoincidence
 from bodyschema.simulation.film import Film
-from bodyschema.simulation.random_motions import CONFIRMED, LEAST_REST
-from bodyschema.studies.watched_scenes import NOTED
+from bodyschema.simulation.random_motions import CONFIRMED, LEAST_REST, RATE
+from bodyschema.studies.study import Result
+from bodyschema.studies.watched_scenes import NOTED, counts, truth_of, watch
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -34,9 +37,10 @@ Grey = NDArray[np.uint8]
 class Maps:
     """Maps of the motions so far, from the evidence in the rest after each."""
 
-    def __init__(self, confirm: bool) -> None:
-        """Of a film with or without confirming motions."""
+    def __init__(self, confirm: bool, made: int | None = None) -> None:
+        """Of a film in which each motion is `made` so many times; by default as `confirm` needs."""
         self.confirm = confirm
+        self.made = made or (CONFIRMED if confirm else 1)
         self.count = 0
         """Maps so far."""
         self._motions = 0
@@ -48,13 +52,13 @@ class Maps:
     def add(self, evidence: Array) -> bool:
         """Whether a map was finished by one more motion, with its evidence (J, rows, cols)."""
         new = self.grown(evidence)
-        part = self._motions % CONFIRMED if self.confirm else CONFIRMED - 1
+        part = self._motions % self.made
         self._motions, self._before = self._motions + 1, evidence
         if part == 0:
             self._first = new
-        if part < CONFIRMED - 1:
+        if part != (self.made - 1 if self.confirm else 0):
             return False
-        found = new & self._first if self.confirm else new
+        found = new & self._first
         self.count += 1
         self._total = np.asarray(self._total + found)
         self._blend = np.asarray(self._blend + found.any(axis=0))
@@ -106,17 +110,17 @@ def moments(film: Film, joints: tuple[str, ...], confirm: bool) -> Iterator[Mome
     detector, done, begun = OnsetCoincidence(joints), 0, -np.inf
     height, width = film.pictures.shape[1:]
     state = detector.start((width, height))
-    for time, picture, q in zip(film.time, film.pictures, film.q[:, : len(joints)], strict=True):
-        state, _ = detector.step(state, (Frame(float(time), picture, q),))
+    for t, picture, q in zip(film.time, film.pictures, film.q[:, : len(joints)], strict=True):
+        state, _ = detector.step(state, (Frame(float(t), picture, q),))
         found = detector.found(state)
-        if done < len(ends) - 1 and time >= ends[done]:
+        if done < len(ends) - 1 and t >= ends[done]:
             maps.add(found.evidence)
-            done, begun = done + 1, float(time)
+            done, begun = done + 1, float(t)
         if done == len(ends) - 1:
             risen = state.joint_onset[state.joint_onset > begun]
             likelihood = maps.now(found.evidence)
             yield Moment(
-                float(time - risen.min()) if len(risen) else None,
+                float(t - risen.min()) if len(risen) else None,
                 (state.cell_moving > 0).reshape(found.mask.shape),
                 likelihood,
                 replace(
@@ -124,3 +128,55 @@ def moments(film: Film, joints: tuple[str, ...], confirm: bool) -> Iterator[Mome
                 ),
                 picture,
             )
+
+
+LEAD_FRAMES, TRAIL_S = 8, 0.4
+"""Frames before an onset, and s after it, that the published detector must see of a film."""
+
+
+def published(film: Film, joints: tuple[str, ...], share: float, noted: Sequence[int]) -> Result:
+    """Eq. 27 in a film of motions that are confirmed: four readings from one pass.
+
+    Args:
+        film: each motion back and once more.
+        joints: whose positions are read, the film's first ones.
+        share: of the motions that must find a cell, beside any of them.
+        noted: numbers of motions after which the cells are counted.
+
+    Returns:
+        "faithful" with the confirming motion, "faithful_outside" without, the same with "_share":
+        cells right and wrong by number of motions, and seconds a frame that was looked at.
+    """
+    truth, frames = truth_of(film), near_onsets(film, len(joints))
+    maps = {"faithful": Maps(True), "faithful_outside": Maps(False, CONFIRMED)}
+    after: dict[str, dict[str, Any]] = {
+        name + ending: {} for name in maps for ending in ("", "_share")
+    }
+
+    def note(_: int, found: BodyInView) -> None:
+        for name, one in maps.items():
+            if one.add(found.evidence) and one.count in noted:
+                for ending, least in (("", 0.0), ("_share", share)):
+                    after[name + ending][str(one.count)] = counts(one.body(found, least), truth)
+
+    begin = time.process_time()
+    watch(OnsetCoincidence(joints), film, len(joints), note, frames)
+    seconds = (time.process_time() - begin) / int(frames.sum())
+    return {name: {"after": found, "seconds_a_frame": seconds} for name, found in after.items()}
+
+
+def near_onsets(film: Film, joints: int) -> Flags:
+    """(n,) frames that Eq. 27 depends on: a rest before each onset that counts, and tau after it.
+
+    A cell counts when it rises within tau of an onset, after a rest of some frames. What happens
+    in between, and on the way back, changes nothing; the first frame after a gap is compared with
+    the last before it, and what that says is over before the onset.
+    """
+    fast = np.abs(np.diff(film.q[:, :joints], axis=0)) > STILL / RATE
+    begins = (fast[1:] & ~fast[:-1]).any(axis=1)
+    seen = np.zeros(len(film.time), dtype=bool)
+    seen[0] = seen[-1] = True
+    for i in np.flatnonzero(begins) + 2:
+        if np.searchsorted(film.motion_end, film.time[i]) % CONFIRMED != 1:
+            seen[max(i - LEAD_FRAMES, 0) : i + round(TRAIL_S * RATE)] = True
+    return seen

@@ -2,10 +2,11 @@
 
 The paper shows pictures of one robot (Fig. 3-5). Here two robots in MuJoCo move before cameras that
 nobody has calibrated, and every cell's truth is known. The published detector and ours see the same
-films: without a distractor, with things that move all the time, and with arms that repeat the
-robot's motion half a second to a second later. As in the paper the robot makes each motion again,
-the confirming motion; without it is the harder case, in films of their own. Beside them: a head
-that moves while it looks, a sleeve that is put on, and a rod that is taken and let go.
+films: with things that move all the time in every scene, and by turns without any, or with arms
+that repeat the robot's motion half a second to a second later. As in the paper the robot makes each
+motion again, the confirming motion; the harder case is the same motion before it is confirmed.
+Ours needs none and sees films without it, too. Beside them: a head that moves while it looks, a
+sleeve that is put on, and a rod that is taken and let go.
 """
 
 from __future__ import annotations
@@ -20,13 +21,12 @@ import tyro
 
 from bodyschema.attention.body_in_view import BodyInView
 from bodyschema.attention.finder import BodyFinder
-from bodyschema.attention.onsets import OnsetCoincidence
 from bodyschema.report.figure import AFTER, BEFORE, GREY
 from bodyschema.simulation.film import Film
 from bodyschema.simulation.moving_scene import MovingScene, Studio
 from bodyschema.simulation.random_motions import CONFIRMED
-from bodyschema.studies.carried_things import carry
-from bodyschema.studies.confirmed_maps import Maps
+from bodyschema.studies.carried_things import carried, carry, quantiles
+from bodyschema.studies.confirmed_maps import published
 from bodyschema.studies.study import Result, Rows, Task
 from bodyschema.studies.watched_scenes import counts, shares, truth_of, used_joints, watch
 
@@ -34,15 +34,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ROBOTS = ("arm", "humanoid")
-DISTRACTORS = ("none", "always", "lagged")
+ALWAYS = "always"
+"""What moves by itself in every scene."""
+DISTRACTORS = ("none", ALWAYS, "lagged")
+TURNS = (None, "lagged", "none")
+"""What else each third pair of scenes is filmed with, confirmed."""
 EXTRAS = ("head", "sleeve", "rod")
 """What else happens: a head that moves, a sleeve that is put on, a rod that is taken and let go."""
 NOTED = (1, 2, 3, 5, 8, 11, 15)
 """Numbers of motions after which the answer is scored."""
 REPORTED = (1, 5, 15)
-METHODS = ("faithful", "faithful_share", "better_confirmed")
-OUTSIDE = ("faithful_outside", "faithful_outside_share", "better")
-"""In films without the confirming motion; ours needs none."""
+METHODS = ("faithful", "faithful_share", "faithful_outside", "faithful_outside_share")
+OURS = ("better_confirmed", "better")
+"""In films with and without the confirming motion."""
 SAYS = {
     "faithful": "any, conf.", "faithful_share": "share, conf.",
     "faithful_outside": "any", "faithful_outside_share": "share",
@@ -73,12 +77,13 @@ class FindBody:
     """Of the motions that must find a cell, in the columns of the paper's blend (Fig. 5)."""
 
     def tasks(self) -> Sequence[Task]:
-        """One film each: every distractor, with and without confirming, one of the extras."""
+        """A film each: always confirmed, always, one of the extras, by turns another confirmed."""
         found = []
         for run in range(self.runs):
-            robot, extra = ROBOTS[run % 2], EXTRAS[run // 2 % len(EXTRAS)]
-            confirmed = [f"confirmed {kind}" for kind in DISTRACTORS]
-            for kind in (*confirmed, *DISTRACTORS, extra):
+            pair = run // 2
+            robot, extra, other = ROBOTS[run % 2], EXTRAS[pair % 3], TURNS[pair % 3]
+            kinds = [f"confirmed {kind}" for kind in (ALWAYS, other) if kind]
+            for kind in (*kinds, ALWAYS, extra):
                 settings = {"run": run, "robot": robot, "kind": kind}
                 found.append(Task(f"run {run} {kind}", settings))
         return found
@@ -89,48 +94,53 @@ class FindBody:
         seed = self.seed * 100_003 + task.settings["run"]
         if kind in ("sleeve", "rod"):
             return carry(robot, kind, seed, self.motions)
-        head, kind = kind == "head", kind.split()[-1]
-        confirm = task.settings["kind"] != kind
-        scene = MovingScene(
-            robot, "always" if head else kind, seed, self.motions, confirm=confirm, head_moves=head
-        )
+        head = kind == "head"
+        mover: Any = ALWAYS if head else kind.split()[-1]
+        confirm = kind.startswith("confirmed")
+        scene = MovingScene(robot, mover, seed, self.motions, confirm=confirm, head_moves=head)
         film = Studio(scene).film()
         joints = used_joints(film, head)
         finder = BodyFinder(joints, camera_joints=film.head if head else ())
         ours = "better_confirmed" if confirm else "better"
         answer: Result = {ours: _seen(finder, film, len(joints), confirm)}
-        if not head:
-            answer |= _published(film, joints, confirm, self.share)
+        if confirm:
+            answer |= published(film, joints, self.share, NOTED)
         truth = truth_of(film)
         answer["boundary_share"] = float(1 - (truth.body | truth.never).mean())
         return answer
 
     def summary(self, results: Mapping[str, Result]) -> Result:
         """Shares by method, distractor and number of motions; errors of the delay; times."""
-        kinds: dict[str, list[Result]] = {}
-        for task in self.tasks():
-            kinds.setdefault(task.settings["kind"], []).append(results[task.key])
-        plain = [film for kind in DISTRACTORS for film in kinds[kind]]
+        kinds = self._films(results)
+        plain = [*kinds[ALWAYS], *kinds[f"confirmed {ALWAYS}"]]
         answer: Result = {"premises": {"confirming_motion": True, "share": self.share}}
-        for method in METHODS:
-            answer[method] = self._of(method, {k: kinds[f"confirmed {k}"] for k in DISTRACTORS})
-        for method in OUTSIDE:
+        for method in (*METHODS, *OURS):
             answer[method] = self._of(method, kinds)
-        for key in ("delay_error_ms", "ms_per_frame"):
-            answer[key] = answer["better"][key]
-        answer["moving_head"] = self._counted("better", kinds.get("head", []))
-        answer["moving_head"]["delay_error_ms"] = _delay_error(kinds.get("head", []))
+        answer["delay_error_ms"] = _delay_error([film["better"] for film in kinds[ALWAYS]])
+        answer["ms_per_frame"] = answer["better"]["ms_per_frame"]
+        heads = kinds.get("head", [])
+        answer["moving_head"] = self._counted("better", heads)
+        answer["moving_head"]["delay_error_ms"] = _delay_error([film["better"] for film in heads])
         for thing in ("sleeve", "rod"):
-            answer[thing] = _carried(kinds.get(thing, []))
+            answer[thing] = carried(kinds.get(thing, []))
         answer["boundary_share"] = float(np.mean([film["boundary_share"] for film in plain]))
         return answer
 
+    def _films(self, results: Mapping[str, Result]) -> dict[str, list[Result]]:
+        """Results by what was filmed."""
+        kinds: dict[str, list[Result]] = {}
+        for task in self.tasks():
+            kinds.setdefault(task.settings["kind"], []).append(results[task.key])
+        return kinds
+
     def _of(self, method: str, kinds: Mapping[str, Sequence[Result]]) -> Result:
-        films = [film for kind in DISTRACTORS for film in kinds[kind]]
-        clock = [film[method]["seconds_a_frame"] for film in films]
-        found: Result = {kind: self._counted(method, kinds[kind]) for kind in DISTRACTORS}
-        found["delay_error_ms"] = _delay_error(films) if method == "better" else None
-        found["confirming_motion"] = method in METHODS
+        found: Result = {"confirming_motion": method not in ("better", *METHODS[2:])}
+        clock = []
+        for kind in DISTRACTORS:
+            films = kinds.get(kind if method == "better" else f"confirmed {kind}", [])
+            clock += [film[method]["seconds_a_frame"] for film in films]
+            if films:
+                found[kind] = self._counted(method, films) | {"films": len(films)}
         return found | {"ms_per_frame": 1e3 * float(np.median(clock))}
 
     def _counted(self, method: str, films: Sequence[Result]) -> Result:
@@ -144,9 +154,11 @@ class FindBody:
         """Precision / recall, by distractor and number of motions."""
         headers = ("distractor", *SAYS.values())
         table = [
-            [f"{kind}, {k}", *(_cell(summary[method][kind][k]) for method in SAYS)]
+            [f"{kind}, {k}", *(_cell(summary[method].get(kind, {}).get(k)) for method in SAYS)]
             for kind in DISTRACTORS
-            for k in summary["better"][kind]
+            if kind in summary["faithful"]
+            for k in summary["faithful"][kind]
+            if k != "films"
         ]
         head = {k: v for k, v in summary["moving_head"].items() if k != "delay_error_ms"}
         nothing = ["-"] * (len(SAYS) - 1)
@@ -155,15 +167,17 @@ class FindBody:
 
     def _notes(self, summary: Mapping[str, Any]) -> list[str]:
         late, sleeve, rod = summary["delay_error_ms"], summary["sleeve"], summary["rod"]
+        filmed = [kind for kind in DISTRACTORS if kind in summary["faithful"]]
         ms = [f"{summary[m]['ms_per_frame']:.1f}" for m in ("faithful", "better")]
         return [
             "Precision / recall over all cells of "
-            f"{self.runs} scenes; {100 * summary['boundary_share']:.0f} % of the "
-            "cells are swept by the outline and count neither way.",
+            + ", ".join(f"{summary['faithful'][kind]['films']} films ({kind})" for kind in filmed)
+            + f"; {100 * summary['boundary_share']:.0f} % of the cells are swept by the outline "
+            "and count neither way.",
             "Eq. 27 in four readings: cells that any of the motions found, or at least "
             f"{self.share:.2g} of them (the redder cells of Fig. 5); conf.: each motion is made "
             "back and once more, as in the paper, and both must find a cell (three motions for "
-            "each that is counted).",
+            "each that is counted); without, the first of the three alone.",
             f"Delay of the camera learned within {_number(late['median'])} ms (median), "
             f"{_number(late['p90'])} ms (90 %); true delays of 20 to 120 ms.",
             f"Worn sleeve: me after {_number(sleeve['me_after']['median'])} motions (median), in "
@@ -178,26 +192,32 @@ class FindBody:
         """Precision and recall against the number of motions."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(11, 6), layout="constrained")
-        panels = figure.subplots(2, 3, sharex=True, sharey=True)
-        noted = [k for k in NOTED if k <= self.motions]
-        for column, kind in enumerate(DISTRACTORS):
-            for method, (colour, line) in SHOWN.items():
-                of = f"confirmed {kind}" if method in METHODS else kind
-                tasks = [task for task in self.tasks() if task.settings["kind"] == of]
-                films = [results[task.key][method]["after"] for task in tasks]
-                found = [shares([film[str(k)] for film in films]) for k in noted]
-                for row, what in enumerate(("precision", "recall")):
-                    values = [np.nan if f[what] is None else f[what] for f in found]
-                    style = {"color": colour, "linestyle": line, "label": SAYS[method]}
-                    panels[row, column].plot(noted, values, marker="o", ms=4, **style)
-        for column, kind in enumerate(DISTRACTORS):
-            panels[0, column].set(title=f"distractor: {kind}", ylim=(0, 1.03))
+        films = self._films(results)
+        filmed = [kind for kind in DISTRACTORS if f"confirmed {kind}" in films]
+        figure = Figure(figsize=(2 + 3 * len(filmed), 6.4), layout="constrained")
+        panels = figure.subplots(2, len(filmed), sharex=True, sharey="row", squeeze=False)
+        for column, kind in enumerate(filmed):
+            for method in SHOWN:
+                of = films.get(kind if method == "better" else f"confirmed {kind}", [])
+                if of:
+                    self._draw_method(panels[:, column], method, of)
+            panels[0, column].set_title(f"distractor: {kind} ({len(films[f'confirmed {kind}'])})")
             panels[1, column].set_xlabel("motions")
-        panels[0, 0].set_ylabel("precision")
-        panels[1, 0].set_ylabel("recall")
-        panels[1, 2].legend(frameon=False, loc="lower right", fontsize=8)
+        panels[0, 0].set(ylabel="precision", ylim=(0, 1.03))
+        panels[1, 0].set(ylabel="recall", ylim=(0, 1.03))
+        handles, labels = panels[0, filmed.index(ALWAYS)].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
         return figure
+
+    def _draw_method(self, panels: Any, method: str, films: Sequence[Result]) -> None:
+        """Precision and recall of one method, one above the other."""
+        noted = [k for k in NOTED if k <= self.motions]
+        found = [shares([film[method]["after"][str(k)] for film in films]) for k in noted]
+        colour, line = SHOWN[method]
+        for axes, what in zip(panels, ("precision", "recall"), strict=True):
+            values = [np.nan if f[what] is None else f[what] for f in found]
+            style = {"color": colour, "linestyle": line, "label": SAYS[method]}
+            axes.plot(noted, values, marker="o", ms=4, **style)
 
 
 def _seen(detector: BodyFinder, film: Film, joints: int, confirm: bool) -> Result:
@@ -215,55 +235,16 @@ def _seen(detector: BodyFinder, film: Film, joints: int, confirm: bool) -> Resul
     return {"after": after, "lag_error": lag, "seconds_a_frame": seconds}
 
 
-def _published(
-    film: Film, joints: tuple[str, ...], confirm: bool, share: float
-) -> dict[str, Result]:
-    """Eq. 27, any of the motions or a share of them, from one pass."""
-    truth, maps = truth_of(film), Maps(confirm)
-    after: dict[str, dict[str, Any]] = {"": {}, "_share": {}}
-
-    def note(_: int, found: BodyInView) -> None:
-        if maps.add(found.evidence) and maps.count in NOTED:
-            for ending, least in (("", 0.0), ("_share", share)):
-                body = maps.body(found, least)
-                after[ending][str(maps.count)] = counts(body, truth)
-
-    begin = time.process_time()
-    watch(OnsetCoincidence(joints), film, len(joints), note)
-    seconds = (time.process_time() - begin) / len(film.time)
-    name = "faithful" if confirm else "faithful_outside"
-    return {
-        f"{name}{ending}": {"after": found, "seconds_a_frame": seconds}
-        for ending, found in after.items()
-    }
-
-
 def _delay_error(films: Sequence[Result]) -> Result:
     """ms; median and 90 % of the size of the error at the end."""
-    errors = [film["better"]["lag_error"] for film in films]
+    errors = [film["lag_error"] for film in films]
     known = [1e3 * abs(error) for error in errors if error is not None]
-    return _spread(known) | {"unknown": len(errors) - len(known)}
+    return quantiles(known) | {"unknown": len(errors) - len(known)}
 
 
-def _carried(films: Sequence[Result]) -> Result:
-    """Over the films in which the thing covers at least one cell."""
-    seen = [film for film in films if film["cells"]]
-    were = [film for film in seen if film["cells_left"]]
-    worn = [film["me_after"] for film in seen if film["me_after"] is not None]
-    let_go = [film["not_me_after"] for film in were if film["not_me_after"] is not None]
-    return {
-        "films": len(seen), "became_me": len(worn), "me_after": _spread(worn),
-        "were_me": len(were), "let_go": len(let_go), "not_me_after": _spread(let_go),
-    }  # fmt: skip
-
-
-def _spread(values: Sequence[float]) -> Result:
-    if not values:
-        return {"median": None, "p90": None}
-    return {"median": float(np.median(values)), "p90": float(np.quantile(values, 0.9))}
-
-
-def _cell(found: Mapping[str, float | None]) -> str:
+def _cell(found: Mapping[str, float | None] | None) -> str:
+    if found is None:
+        return "-"
     both = (found[what] for what in ("precision", "recall"))
     return "/".join("-" if value is None else f"{value:.2f}" for value in both)
 

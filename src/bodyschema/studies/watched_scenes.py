@@ -92,7 +92,7 @@ def used_joints(film: Film, head_moves: bool) -> tuple[str, ...]:
 
 def watch(
     detector: Detector, film: Film, joints: int,
-    note: Callable[[int, BodyInView], None] | None = None,
+    note: Callable[[int, BodyInView], None] | None = None, frames: Flags | None = None,
 ) -> BodyInView:  # fmt: skip
     """Show a film to a detector.
 
@@ -101,15 +101,19 @@ def watch(
         film: what is shown.
         joints: how many of the film's joints are read.
         note: told the number of motions so far and what is found, in the rest after each.
+        frames: (n,) those that are shown; all when absent. After a gap `note` is told late, of as
+            many motions as were missed.
 
     Returns:
         what is found at the end.
     """
     height, width = film.pictures.shape[1:]
     state, done = detector.start((width, height)), 0
-    for time, picture, q in zip(film.time, film.pictures, film.q[:, :joints], strict=True):
-        state, _ = detector.step(state, (Frame(float(time), picture, q),))
-        if done < len(film.motion_end) and time >= film.motion_end[done] + LEAST_REST - NOTED:
+    shown = np.arange(len(film.time)) if frames is None else np.flatnonzero(frames)
+    for i in shown:
+        time = float(film.time[i])
+        state, _ = detector.step(state, (Frame(time, film.pictures[i], film.q[i, :joints]),))
+        while done < len(film.motion_end) and time >= film.motion_end[done] + LEAST_REST - NOTED:
             done += 1
             if note is not None:
                 note(done, detector.found(state))

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from bodyschema.attention.onsets import OnsetCoincidence
+from bodyschema.simulation.moving_scene import MovingScene, Studio
 from bodyschema.simulation.random_motions import draw_motions, with_confirmation
-from bodyschema.studies.confirmed_maps import Maps
+from bodyschema.studies import confirmed_maps
+from bodyschema.studies.confirmed_maps import Maps, near_onsets, published
 from bodyschema.studies.nabeshima_coincidence import Figure3
 from bodyschema.studies.runner import run_study
 
@@ -38,6 +40,15 @@ def test_only_what_moves_with_the_motion_and_with_its_confirmation_is_found():
     assert body.joint[1, 1] == 0
 
 
+def test_without_confirmation_the_first_of_three_counts_alone():
+    maps, steps = Maps(False, made=3), (
+        evidence((0, 1, 1)), evidence((0, 2, 2)), evidence((0, 0, 0)), evidence((1, 2, 1)),
+    )  # fmt: skip
+    done = [maps.add(total) for total in np.cumsum(steps, axis=0)]
+    assert done == [True, False, False, True]
+    assert np.argwhere(maps.body(FOUND, 0.0).mask).tolist() == [[1, 1], [2, 1]]
+
+
 def test_a_share_of_the_motions_is_stricter_than_any():
     maps = Maps(confirm=False)
     steps = (evidence((0, 1, 1)), evidence((0, 1, 1), (0, 2, 2)), evidence(), evidence((1, 1, 1)))
@@ -60,6 +71,19 @@ def test_a_confirming_motion_goes_back_and_makes_it_again_with_rests_between():
     assert np.all(begins[1:] - made.end[:-1] >= 0.5 - 1e-9)
     ends = np.where(made.turn != 0, made.begin + made.length, 0.0).max(axis=1)
     assert np.all(ends <= made.end + 1e-9)
+
+
+def test_frames_away_from_onsets_change_nothing(offscreen, monkeypatch):
+    film = Studio(MovingScene("arm", "always", 4, 2, confirm=True)).film()
+    joints = film.joints[: len(film.joints) - len(film.head)]
+    assert near_onsets(film, len(joints)).mean() < 0.5
+    few = published(film, joints, 0.5, (1, 2))
+    monkeypatch.setattr(
+        confirmed_maps, "near_onsets", lambda film, joints: np.ones(len(film.time), dtype=bool)
+    )
+    every = published(film, joints, 0.5, (1, 2))
+    assert {k: v["after"] for k, v in few.items()} == {k: v["after"] for k, v in every.items()}
+    assert few["faithful"]["after"]["2"]["hit"] > 0
 
 
 def test_the_picture_of_figure_3_shows_the_arm(offscreen):
