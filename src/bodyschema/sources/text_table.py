@@ -37,6 +37,11 @@ def read_text(path: Path) -> Recording:
     Raises:
         InputError: it is no table, or a row has more or fewer cells than the header.
     """
+    return _table(path, text_columns(path))
+
+
+def text_columns(path: Path) -> dict[str, tuple[str, ...]]:
+    """The cells of a table as they are written, by the names of their columns; see `read_text`."""
     try:
         with io.StringIO(_piped()) if path.name == PIPED else _file(path) as file:
             rows = _cells(file)
@@ -54,7 +59,7 @@ def read_text(path: Path) -> Recording:
                 f"row {number} of '{path}' has {len(row)} cells where the header names "
                 f"{len(header)}; the file may be cut off."
             )
-    return _table(path, dict(zip(header, zip(*rows[1:], strict=True), strict=True)))
+    return dict(zip(header, zip(*rows[1:], strict=True), strict=True))
 
 
 def of_numbers(
