@@ -18,7 +18,7 @@ from bodyschema.errors import MissingExtraError
 from bodyschema.studies.nabeshima_figure9 import summarise
 from bodyschema.studies.study import Result, Rows, Task
 from bodyschema.studies.watched_arm import HEAD, ROD, SECONDS, Course
-from bodyschema.studies.watched_readings import PRINTED, ReadingSettings
+from bodyschema.studies.watched_readings import FRESH, PRINTED, ReadingSettings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,8 +42,8 @@ class Figure8(ReadingSettings):
 
     runs: Annotated[int, tyro.conf.arg(aliases=["--seeds"])] = 6
     """Experiments; the picture has one line for each."""
-    seed: int = 0
-    """The same seed gives the same answer."""
+    seed: int = FRESH
+    """The same seed gives the same answer; the default reading was chosen on seed 0."""
 
     def tasks(self) -> Sequence[Task]:
         """One experiment each."""

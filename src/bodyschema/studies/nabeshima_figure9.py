@@ -19,7 +19,7 @@ import tyro
 from bodyschema.errors import MissingExtraError
 from bodyschema.studies.study import Result, Rows, Task
 from bodyschema.studies.watched_arm import HEAD, ROD, Course
-from bodyschema.studies.watched_readings import PRINTED, ReadingSettings, spurious_a_run
+from bodyschema.studies.watched_readings import FRESH, PRINTED, ReadingSettings, spurious_a_run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,8 +37,8 @@ class Figure9(ReadingSettings):
 
     runs: Annotated[int, tyro.conf.arg(aliases=["--seeds"])] = 20
     """Experiments, each with another scene and another motion."""
-    seed: int = 0
-    """The same seed gives the same answer."""
+    seed: int = FRESH
+    """The same seed gives the same answer; the default reading was chosen on seed 0."""
     rod_mm: float = 42.0
     """By how much the rod is moved."""
     head_deg: float = 5.8

@@ -4,7 +4,9 @@ Printed are lambda_16 < 0.00005 without a unit, SSD < 0.1 and "randomly moves"; 
 how often the rule was asked are not. SSD < 0.1 alone holds while the rotation is still 8 to 10
 degrees off, and in fast motion it holds early by chance; so the same method is run in several
 readings, each on a stream at its own speed, and ours on the same streams. The first reading is the
-one nearest the paper's course (known at 59 s, 2 of 2 changes noticed, no false alarm).
+one of 24 nearest to the paper's course (known at 59 s, 2 of 2 changes noticed, no false alarm). It
+was chosen on the streams of seed 0 (benchmarks/published/readings.py); the studies use another, so
+that what they say of it is not flattered by the choice.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ class Reading:
 PRINTED = Reading(0.1, 0.5)
 """SSD as printed, at the speed of our other studies: outside what the rule can bear."""
 NEAREST = Reading(0.0003, 0.5)
-"""All changes noticed and no false alarm, as in the paper."""
+"""All changes noticed and no false alarm, and its seconds are nearest to the paper's."""
+FRESH = 1
+"""Seed of the studies; seed 0 chose `NEAREST`."""
 READINGS = (Reading(0.001, 0.5), Reading(0.001, 0.25), Reading(0.1, 0.125), PRINTED)
 """Those that are run beside the one of the flags."""
 
