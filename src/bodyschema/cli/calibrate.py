@@ -98,6 +98,7 @@ class Calibrate:
         """Calibrate and write; returns 1 when refused."""
         from rich.console import Console
 
+        from bodyschema.cli.board_overlays import with_held_off, with_overlays
         from bodyschema.cli.result import NO_PAGE, PLAIN, how_to_see_all, prepare
         from bodyschema.report.summary import as_json, finite, print_answer
 
@@ -107,7 +108,10 @@ class Calibrate:
         prepare(self.out, self.overwrite, self.run_file, asked)
         notes = Console(stderr=True)
         loaded, answer = self._work(run, asked, notes)
+        answer = with_held_off(answer, loaded.photographs)
         found, refused = as_json(answer), answer.withheld and not self.force
+        if loaded.photographs and not refused:
+            answer = with_overlays(answer, loaded.photographs)
         paths = [] if refused else answer.save(self.out, self.overwrite)
         reported = self.out / "report.html" in paths
         if paths and not reported:

@@ -7,7 +7,12 @@ from dataclasses import dataclass, field, replace
 from typing import cast
 
 from bodyschema import lie
-from bodyschema.cli.reading.board_senses import board_remarks, with_begun_lenses
+from bodyschema.cli.reading.board_pictures import Photograph
+from bodyschema.cli.reading.board_senses import (
+    board_remarks,
+    photographs_of,
+    with_begun_lenses,
+)
 from bodyschema.cli.reading.joints import read_joints as read_joints
 from bodyschema.cli.reading.moments import Moments
 from bodyschema.cli.reading.part_kinds import freed, made
@@ -45,6 +50,8 @@ class Loaded:
     """Parts that are not known exactly, and which of their numbers; None for all."""
     first_rows: Mapping[str, int] = field(default_factory=dict)
     """Number of the first row of each recording: rows are numbered through."""
+    photographs: Mapping[str, tuple[Photograph, ...]] = field(default_factory=dict)
+    """Of boards, by the label of their sense."""
 
 
 def load(run: RunFile) -> Loaded:
@@ -69,12 +76,12 @@ def load(run: RunFile) -> Loaded:
     else:
         opened = read_recordings(run, body)
     senses = make_senses(run, opened)
-    body = with_begun_lenses(run, body, senses)
-    said = (*reading_remarks(run, opened), *board_remarks(run, opened, senses))
+    body, taken = with_begun_lenses(run, body, senses), photographs_of(run, opened)
+    said = (*reading_remarks(run, opened), *board_remarks(run, taken, senses))
     body = replace(body, remarks=(*body.remarks, *said))
     _refuse_unused(run, parts)
     rows = {at.source: at.first for at in opened.values()}
-    return Loaded(nominal, body, senses, frames, parts, rows)
+    return Loaded(nominal, body, senses, frames, parts, rows, taken)
 
 
 def described(run: RunFile) -> Body:

@@ -26,6 +26,8 @@ Colour = tuple[int, int, int]
 LINE = 2
 """Pixels of the picture."""
 
+JPEG_QUALITY = 85
+
 RED, GREEN = (230, 40, 40), (40, 210, 70)
 """Red, green, blue: what was believed before, and after."""
 
@@ -97,4 +99,23 @@ def png_bytes(picture: Pixels) -> bytes:
     except ImportError:
         raise MissingExtraError("opencv-python-headless", "vision", "writing pictures") from None
     _, data = cv2.imencode(".png", np.ascontiguousarray(picture[..., ::-1]))
+    return bytes(data)
+
+
+def jpeg_bytes(picture: Pixels, widest: int) -> bytes:
+    """A picture (height, width, 3) red, green, blue as a JPEG file, shrunk to a width in pixels.
+
+    Raises:
+        MissingExtraError: OpenCV is not installed.
+    """
+    try:
+        import cv2
+    except ImportError:
+        raise MissingExtraError("opencv-python-headless", "vision", "writing pictures") from None
+    height, width = picture.shape[:2]
+    if width > widest:
+        size = widest, max(round(height * widest / width), 1)
+        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+    _, data = cv2.imencode(".jpg", np.ascontiguousarray(picture[..., ::-1]), options)
     return bytes(data)

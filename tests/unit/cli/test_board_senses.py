@@ -90,6 +90,12 @@ def test_blurred_pictures_are_left_out_and_named(
     assert set(answer["outliers"]) == {7, 17}
     assert any("3.png, 13.png" in note for note in answer["notes"])
     assert any("in 18 of 20 pictures" in note for note in answer["notes"])
+    assert any("Held off by the fit: 7.png, 17.png." in note for note in answer["notes"])
+    drawn = {path.name for path in (tmp_path / "out").glob("overlay_*.jpg")}
+    assert drawn == {f"overlay_{row:04}.jpg" for row in range(20)}
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "3.png: is blurred; left out." in page
+    assert page.count("held off by the fit.") == 2 * 2
 
 
 @pytest.mark.parametrize(("model", "stated"), [("fisheye", False), ("rational", True)])

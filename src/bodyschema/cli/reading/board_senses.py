@@ -117,29 +117,46 @@ def with_begun_lenses(run: RunFile, body: Body, senses: Sequence[Sense]) -> Body
     return body
 
 
+def photographs_of(
+    run: RunFile, opened: Mapping[Any, Moments]
+) -> dict[str, tuple[Photograph, ...]]:
+    """The photographs of each board and camera by the label of their sense, rows numbered through.
+
+    Args:
+        run: with the entries.
+        opened: the recordings by their files and column of times.
+    """
+    taken = dict[str, tuple[Photograph, ...]]()
+    for entry in run.senses:
+        if entry.kind == "board":
+            at = opened[_source(run, entry)].only(entry.where)
+            mine = tuple(replace(one, row=one.row + at.first) for one in pictures_of(entry, at))
+            taken[_label(entry)] = taken.get(_label(entry), ()) + mine
+    return {label: mine for label, mine in taken.items() if mine}
+
+
 def board_remarks(
-    run: RunFile, opened: Mapping[Any, Moments], senses: Sequence[Sense]
+    run: RunFile, taken: Mapping[str, Sequence[Photograph]], senses: Sequence[Sense]
 ) -> list[str]:
     """What was found in the pictures, a sentence for each board and camera.
 
     Args:
         run: with the entries.
-        opened: the recordings by their files and column of times.
+        taken: their photographs; see `photographs_of`.
         senses: that were read from them.
     """
+    targets = {_label(e): target_of(e) for e in run.senses if e.kind == "board"}
     said = []
     for sense in senses:
-        mine = [e for e in run.senses if e.kind == "board" and _label(e) == sense.label]
-        if not mine or not len(sense):
+        if sense.label not in taken or not len(sense):
             continue
         rows, counts = np.unique(sense.rows, return_counts=True)
-        taken = [one for e in mine for one in pictures_of(e, opened[_source(run, e)].only(e.where))]
         said.append(
             f"The board '{sense.seen}' was found by '{sense.seen_from}' in {len(rows)} of "
-            f"{len(taken)} pictures: {len(sense)} corners, in the middle picture "
-            f"{int(np.median(counts))} of {len(target_of(mine[0]).corners)}."
+            f"{len(taken[sense.label])} pictures: {len(sense)} corners, in the middle picture "
+            f"{int(np.median(counts))} of {len(targets[sense.label].corners)}."
         )
-        said += left_out(taken)
+        said += left_out(taken[sense.label])
     return said
 
 

@@ -8,32 +8,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema.cli.tracking.album import Album
-from bodyschema.learners.images.markerless_fit import MarkerlessFit
+from bodyschema.model.camera import Camera
+from bodyschema.model.tree import Body
 from bodyschema.report.tracking.evidence import OverlayPicture
-from bodyschema.vision.overlay import overlay, png_bytes
+from bodyschema.vision.overlay import jpeg_bytes, overlay, png_bytes
 from bodyschema.vision.poses import piece_poses
+from bodyschema.vision.surface import Surface
 
 Pixels = NDArray[np.uint8]
 
 WIDEST = 1280
 """pixels of a picture inside the report."""
-JPEG_QUALITY = 85
 
 
-def draw_overlays(album: Album, fit: MarkerlessFit, shown: Sequence[int]) -> dict[int, Pixels]:
+def draw_overlays(
+    album: Album, surface: Surface, camera: Camera, found: Body, shown: Sequence[int]
+) -> dict[int, Pixels]:
     """Pictures by their numbers.
 
     Args:
-        album: where they are.
-        fit: of the body.
+        album: where they are, with the body as believed.
+        surface: what shows of it.
+        camera: the first one, as it was found.
+        found: the corrected body, with its cameras.
         shown: moments to draw, in order.
     """
-    surface, camera = fit.model.surface, fit.model.cameras(album.cameras, fit.z)[0]
     drawn = {}
     for moment, pictures in zip(shown, album.pictures(shown), strict=True):
         poses = [
             piece_poses(body, album.q[moment], [camera], surface.frames)[0, 0]
-            for body in (album.body, fit.estimate.body)
+            for body in (album.body, found)
         ]
         number = int(album.numbers[moment, 0])
         drawn[number] = overlay(pictures[0], camera, surface, poses)
@@ -48,18 +52,6 @@ def overlay_files(drawn: Mapping[int, Pixels]) -> dict[str, bytes]:
 def report_pictures(drawn: Mapping[int, Pixels], camera: str) -> list[OverlayPicture]:
     """Small enough for a page."""
     return [
-        OverlayPicture(f"Camera '{camera}', picture {number}", _jpeg(picture))
+        OverlayPicture(f"Camera '{camera}', picture {number}", jpeg_bytes(picture, WIDEST))
         for number, picture in drawn.items()
     ]
-
-
-def _jpeg(picture: Pixels) -> bytes:
-    import cv2
-
-    height, width = picture.shape[:2]
-    if width > WIDEST:
-        size = WIDEST, round(height * WIDEST / width)
-        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-    options = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
-    _, data = cv2.imencode(".jpg", np.ascontiguousarray(picture[..., ::-1]), options)
-    return bytes(data)
