@@ -17,14 +17,12 @@ import numpy as np
 
 from bodyschema.studies.nabeshima_figure9 import summarise
 from bodyschema.studies.watched_arm import Course, score, watch_faithfully
-from bodyschema.studies.watched_readings import Reading
+from bodyschema.studies.watched_readings import CHOOSING, Reading
 
 SSDS = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003)
 SPEEDS = (0.125, 0.25, 0.5, 1.0)
 NOISE = 0.5
 """pixels"""
-CHOOSING = 0
-"""Seed."""
 PAPER = (32.0, 26.0, 10.0)
 """s until known, known again after the rod, known again after the head."""
 

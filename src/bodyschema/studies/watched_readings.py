@@ -41,8 +41,8 @@ PRINTED = Reading(0.1, 0.5)
 """SSD as printed, at the speed of our other studies: outside what the rule can bear."""
 NEAREST = Reading(0.0003, 0.5)
 """All changes noticed and no false alarm, and its seconds are nearest to the paper's."""
-FRESH = 1
-"""Seed of the studies; seed 0 chose `NEAREST`."""
+CHOOSING, FRESH = 0, 1
+"""Seed of the streams on which `NEAREST` was chosen, and that of the studies."""
 READINGS = (Reading(0.001, 0.5), Reading(0.001, 0.25), Reading(0.1, 0.125), PRINTED)
 """Those that are run beside the one of the flags."""
 

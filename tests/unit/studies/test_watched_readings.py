@@ -7,14 +7,15 @@ import json
 import pytest
 
 from bodyschema.errors import InputError
+from bodyschema.studies.nabeshima_figure8 import Figure8
 from bodyschema.studies.nabeshima_figure9 import Figure9
 from bodyschema.studies.runner import run_study
-from bodyschema.studies.watched_readings import NEAREST, PRINTED
+from bodyschema.studies.watched_readings import CHOOSING, FRESH, NEAREST, PRINTED
 
 
 @pytest.fixture(scope="module")
 def done():
-    study = Figure9(runs=1)
+    study = Figure9(runs=1, seed=CHOOSING)
     return study, json.loads(json.dumps(study.summary(run_study(study, 1)), allow_nan=False))
 
 
@@ -24,6 +25,10 @@ def test_the_flags_come_first_and_no_reading_twice():
     assert len(set(readings)) == len(readings) >= 4
     assert Figure9(ssd=0.1, speed=0.5).readings[0] == PRINTED
     assert len(Figure9(ssd=0.1, speed=0.5).readings) == len(readings) - 1
+
+
+def test_what_was_chosen_on_one_seed_is_reported_on_another():
+    assert Figure9().seed == Figure8().seed == FRESH != CHOOSING
 
 
 def test_the_nearest_reading_notices_both_changes_without_a_false_alarm(done):
