@@ -6,7 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from bodyschema.answers.answer import Answer
+from bodyschema.answers.filtered import METHOD
 
+NOT_SAID = (
+    "The published filter does not say which posture would tell more; a result of `track` without "
+    "--method does."
+)
 ENOUGH = "Everything that was asked for is known; nothing more is needed."
 
 
@@ -19,6 +24,8 @@ def next_sentences(stored: Answer) -> tuple[str, ...]:
     details = stored.details
     if "next_motion" in details:
         return stored.notes[-1:]
+    if stored.learner == METHOD:
+        return (NOT_SAID,)
     if "next_posture" in details:
         return _posture(details) or (ENOUGH,)
     if "loads" in details:

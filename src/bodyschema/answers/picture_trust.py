@@ -53,7 +53,7 @@ def picture_trust(
     if fit.lost:
         share = f"{100 * fit.matched:.0f} % of the imagined contour"
         return Trust("contradicted", (f"The body was not found: {share} is in the pictures.",))
-    against = [*_pictures_against(fit), *_held_out_against(before, after)]
+    against = [*_pictures_against(fit), *held_out_against(before, after)]
     limits = [*_pictures_few(fit), *_widened(fit.disagreement)]
     if freed is not None and freed.doubted:
         if _explains(freed, fit.disagreement):
@@ -113,7 +113,13 @@ def _pictures_against(fit: MarkerlessFit) -> list[str]:
     return lines
 
 
-def _held_out_against(before: Mapping[int, float], after: Mapping[int, float]) -> list[str]:
+def held_out_against(before: Mapping[int, float], after: Mapping[int, float]) -> list[str]:
+    """Why the correction does not hold in moments that were not learned from, if it does not.
+
+    Args:
+        before: px, distance of the outline from the body as believed, by moment.
+        after: the same from the body as found.
+    """
     if not after:
         return []
     was, now = (float(np.median(list(errors.values()))) for errors in (before, after))

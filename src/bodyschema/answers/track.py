@@ -194,17 +194,15 @@ def track_answer(
     fit, body = found.fit, found.body
     estimate, kept = settled(fit.estimate, fit.identifiability)
     names = tuple(camera.name for camera in cameras)
-    evidence = TrackEvidence(
-        fit, kept, body, names, hand, q, numbers, found.keys, found.poses, overlays
-    )
+    evidence = TrackEvidence(fit, kept, body, names, hand, q, numbers, found.keys, found.poses)
     telling = None if fit.lost else telling_posture(fit, cameras, q)
     following = {} if telling is None else posture_moves(telling, body, q)
     answer = Calibration(
         verdict="not found" if fit.lost else "found",
         explanation=explanation(evidence),
         fit=estimate,
-        nominal=_accuracy(found.before),
-        held_out=_accuracy(found.after),
+        nominal=outline_accuracy(found.before),
+        held_out=outline_accuracy(found.after),
         identifiability=fit.identifiability,
         outliers=tuple(int(numbers[k]) for k in np.flatnonzero(evidence.lost).tolist()),
         n_rows=len(found.poses),
@@ -231,11 +229,11 @@ def track_answer(
         predicted_95=_predicted_95(found, hand, q),
     )
     answer = answer.believed(picture_trust(fit, found.before, found.after, found.elsewhere))
-    sections = (Pictures(evidence), Moments(evidence), NextPosture(answer.details), Trust(evidence))
+    sections = (Pictures(overlays), Moments(evidence), NextPosture(answer.details), Trust(evidence))
     return Answer.of(answer, (), described, run, verb="track", sections=sections)
 
 
-def _accuracy(distances: Mapping[int, float]) -> Accuracy:
+def outline_accuracy(distances: Mapping[int, float]) -> Accuracy:
     """Of the outline in the moments held out, px."""
     key = ("outline", "px")
     errors = Errors.of(np.array(list(distances.values())))

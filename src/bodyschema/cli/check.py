@@ -93,10 +93,16 @@ class Check:
 
     def _pictures(self, stored: Answer) -> Recheck:
         """A robot without markers."""
+        from bodyschema.answers.filtered import METHOD
         from bodyschema.answers.recheck import recheck_pictures
         from bodyschema.cli.tracking.album import KEYS, Album, markerless
         from bodyschema.seeds.image_seeds import spread_out
 
+        if stored.learner == METHOD:
+            raise InputError(
+                f"'{self.result}' was found by the published filter, which has no error bar to "
+                "check it against; track without --method, and check that."
+            )
         if self.recording[0].suffix != ".toml":
             raise InputError(
                 f"'{self.result}' was tracked in pictures, so new pictures are needed to check it: "

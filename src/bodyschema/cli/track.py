@@ -6,8 +6,9 @@ import json
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import tyro
 
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
     from bodyschema.cli.tracking.album import Album
 
 Item = TypeVar("Item")
+
+ASKED = ("keys", "seeds", "seed", "method", "particles", "edges", "overlays")
+"""Flags on which the result depends."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,14 @@ class Track:
     """First guesses; 0 trusts the robot as it is."""
     seed: int = 0
     """The same seed gives the same answer."""
+    method: Literal["outlines", "particle-filter"] = "outlines"
+    """Who learns: outlines of all key postures at once, or the filter that Vicente et al. published
+    in 2016, as printed: every camera known exactly, joint offsets alone wrong, every picture in its
+    order; see docs/vicente2016.md."""
+    particles: int = 200
+    """Of the filter."""
+    edges: Literal["hand", "outline"] = "hand"
+    """What the filter imagines where there are no masks: all edges of the model, or its outline."""
     overlays: int = 5
     """Pictures with the outline before (red) and after (green); 0 for none."""
     overwrite: bool = False
@@ -66,6 +78,8 @@ class Track:
             asked = asdict(run) | {"inputs": run.inputs, "command": self.command()}
             album = Album.open(run)
             prepare(self.out, self.overwrite, self.run_file, asked, album.first_pictures)
+        if self.method == "particle-filter":
+            return self._filter(album, asked, notes)
         tracked = self._track(album, notes)
         with notes.status("writing"):
             answer = self._answer(album, tracked, asked)
@@ -82,13 +96,19 @@ class Track:
         words = ["bodyschema", "track", str(self.run_file)]
         for entry in fields(self):
             value = getattr(self, entry.name)
-            if entry.name in ("keys", "seeds", "seed", "overlays") and value != entry.default:
+            if entry.name in ASKED and value != entry.default:
                 words += [f"--{entry.name}", str(value)]
         return shlex.join(words)
 
     def _check(self) -> None:
         """Refuse counts that nothing can be done with."""
-        for name, least in (("keys", 1), ("seeds", 0), ("seed", 0), ("overlays", 0)):
+        for name, least in (
+            ("keys", 1),
+            ("seeds", 0),
+            ("seed", 0),
+            ("overlays", 0),
+            ("particles", 2),
+        ):
             if getattr(self, name) < least:
                 raise InputError(f"--{name} is {getattr(self, name)}; give {least} or more.")
 
@@ -106,9 +126,22 @@ class Track:
             album,
             album.seen_by.hand,
             self.keys,
-            lambda items, total: _watched(items, total, notes),
+            partial(_watched, notes=notes),
             album.unplaced,
         )
+
+    def _filter(self, album: Album, asked: Mapping[str, Any], notes: Console) -> int:
+        """The same by the published filter."""
+        from bodyschema.cli.result import finish
+        from bodyschema.cli.tracking.published import published
+
+        settings = (self.particles, self.edges, self.seed, self.overlays)
+        watched = partial(_watched, notes=notes)
+        answer, more = published(
+            album, *settings, {**asked, "sha256": album.picture_hashes}, watched
+        )
+        force = self.force or bool(answer.details["lost"])
+        return finish(answer, self.out, self.overwrite, self.json, more, _then(answer), force=force)
 
     def _answer(self, album: Album, tracked: Tracked, asked: Mapping[str, Any]) -> Answer:
         from bodyschema.answers.track import track_answer
@@ -116,7 +149,9 @@ class Track:
         from bodyschema.seeds.image_seeds import spread_out
 
         shown = spread_out(album.q, self.overlays) if self.overlays else []
-        drawn = draw_overlays(album.round(tracked.body), tracked.fit, sorted(shown))
+        fit, believed = tracked.fit, album.round(tracked.body)
+        camera = fit.model.cameras(album.cameras, fit.z)[0]
+        drawn = draw_overlays(believed, fit.model.surface, camera, fit.estimate.body, sorted(shown))
         answer = track_answer(
             tracked,
             album.nominal,
@@ -139,7 +174,7 @@ def _then(answer: Answer) -> str:
     return "Next: look at the overlays; green should lie on the robot. Then use robot.urdf."
 
 
-def _watched(items: Iterable[Item], total: int, notes: Console) -> Iterable[Item]:
+def _watched(items: Iterable[Item], total: int, *, notes: Console) -> Iterable[Item]:
     """The items, with a bar that tells how many a second."""
     from rich.progress import MofNCompleteColumn, Progress, ProgressColumn
     from rich.text import Text

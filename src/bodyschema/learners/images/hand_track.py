@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from bodyschema.estimation.estimate import Estimate
 from bodyschema.learners.images.markerless import COARSE_REACH, FINE_REACH, learn_colours
 from bodyschema.learners.images.markerless_fit import MarkerlessFit, is_lost
-from bodyschema.learners.images.rim_fit import RimRows
+from bodyschema.learners.images.rim_fit import RimModel, RimRows
 from bodyschema.learners.images.sight import Sight
 from bodyschema.model.kinematics import relative_pose_derivatives
 from bodyschema.senses.images import Images
@@ -87,11 +87,7 @@ class HandTracker:
 
         What is farther away is looked for as far as a first guess may be off.
         """
-        sight, model = Sight.of(seen, self.colours), self.fit.model
-        near = model.rows(sight, z, FINE_REACH[-1]).distance(np.inf)
-        if np.isfinite(near):
-            return near
-        return model.rows(sight, z, COARSE_REACH[0]).distance(COARSE_REACH[0])
+        return outline_distance(self.fit.model, Sight.of(seen, self.colours), z)
 
     def _of_hand(self, rows: RimRows) -> float:
         """Share of the contour of the hand's own link that is found; 1 where it has no shape."""
@@ -101,6 +97,17 @@ class HandTracker:
             return 1.0
         piece = surface.frames.index(link)
         return float(rows.matches[:, piece].sum() / max(rows.lengths[:, piece].sum(), 1.0))
+
+
+def outline_distance(model: RimModel, sight: Sight, z: Array) -> float:
+    """Pixels that half of the outline by z (size,) lies within of what was seen.
+
+    What is farther away is looked for as far as a first guess may be off.
+    """
+    near = model.rows(sight, z, FINE_REACH[-1]).distance(np.inf)
+    if np.isfinite(near):
+        return near
+    return model.rows(sight, z, COARSE_REACH[0]).distance(COARSE_REACH[0])
 
 
 def hand_pose(estimate: Estimate, q: Array, eye: str, hand: str) -> tuple[Array, Array]:

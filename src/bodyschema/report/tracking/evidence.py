@@ -48,7 +48,6 @@ class TrackEvidence:
     """Moments that the offsets were learned from."""
     poses: Sequence[HandPose]
     """Of the hand at every moment."""
-    pictures: Sequence[OverlayPicture]
 
     @cached_property
     def lost(self) -> Bools:
