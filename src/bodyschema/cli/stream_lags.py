@@ -67,6 +67,7 @@ def _found(
 ) -> tuple[float, float]:
     """Lag of one stream and its standard deviation, s."""
     alone = streams.of_clock(clock)
+    frames = {name: known for name, known in frames.items() if name in _looked_at(body, alone)}
 
     def senses_at(lag: float) -> tuple[Body, tuple[Sense, ...]]:
         there = body.with_part(clock, joined_clock(clock_at(lag)))
@@ -76,7 +77,7 @@ def _found(
         there, senses = senses_at(lag)
         return Problem(there, tuple(_some(sense) for sense in senses), frames, (), parts=parts)
 
-    stamps, joints = alone.stamps_of(clock), alone.joints
+    stamps, joints = alone.stamps_of(clock), alone.joints(alone.first.recording).joints
     shared = min(stamps[-1], joints.time[-1]) - max(stamps[0], joints.time[0])
     shortest = min(np.ptp(stamps), np.ptp(joints.time))
     middle = 0.0 if shared > shortest / 2 else float(stamps[0] - joints.time[0])
@@ -95,6 +96,18 @@ def _found(
     return lag + estimate.body.part(clock)["lag"], float(std)
 
 
+def _looked_at(body: Body, streams: Streams) -> set[str]:
+    """Frames that the senses begin or end in, and all that carry these."""
+    found = set[str]()
+    for entry in streams.run.senses:
+        for name in filter(None, (entry.seen_from, entry.seen)):
+            k = body.frame_index(name)
+            while k >= 0:
+                found.add(body.frames[k])
+                k = int(body.parent[k])
+    return found
+
+
 def _some(sense: Sense) -> Sense:
     """A sense with some of its samples."""
     rows = np.unique(np.linspace(0, len(sense) - 1, min(len(sense), SEARCHED_ON)).astype(int))
@@ -102,10 +115,11 @@ def _some(sense: Sense) -> Sense:
 
 
 def _sentence(streams: Streams, clock: str, lag: float, std: float) -> str:
+    joints = streams.joints(streams.of_clock(clock).first.recording).joints
     how = "late" if lag >= 0 else "early"
     size = f"{abs(lag):.3f} s" if abs(lag) >= 1.0 else f"{1e3 * abs(lag):.1f} ms"
     return (
         f"The stamps of {streams.source_of(clock)} are {size} {how} (give or take "
-        f"{1e3 * std:.2g} ms) by the clock of {streams.joints.source}, as the motion tells: "
+        f"{1e3 * std:.2g} ms) by the clock of {joints.source}, as the motion tells: "
         f"{-lag:+.3f} s was added to them."
     )

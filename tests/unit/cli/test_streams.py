@@ -135,7 +135,6 @@ def test_a_clock_that_is_known(record: Any, tmp_path: Path) -> None:
         ),
         (HEAD.replace('join = "time"', ""), POINTS, 'joined by their times: join = "time"'),
         (HEAD + '[hand_eye]\neye_on = "base"\n', POINTS, r"write it into \[hand_eye\]"),
-        ('append = ["a.csv"]\n' + HEAD, POINTS, 'append and join = "time"'),
     ],
 )
 def test_what_cannot_be_joined_is_said(record: Any, head: str, lines: str, words: str) -> None:
@@ -185,4 +184,40 @@ def test_topics_of_a_bag_are_streams(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert found.run.senses[0].recording == (f"{bag}#/eye/pose",)
     assert found.clocks == ("clock_of_pose",)
     assert found.stamps_of("clock_of_pose").tolist() == (time + 0.5).tolist()
-    assert found.joints.q[:, 1].tolist() == (-time).tolist()
+    assert found.joints((f"{bag}#/eye/pose",)).joints.q[:, 1].tolist() == (-time).tolist()
+
+
+def test_recordings_of_two_days_with_clocks_of_their_own(record: Any, tmp_path: Path) -> None:
+    """Each is joined to its own joints, at its own lag; a board that was moved is one of each."""
+    days = []
+    for day, lag in (("mon", 0.3), ("tue", -0.2)):
+        record(lag)
+        (tmp_path / day).mkdir()
+        for name in ("joints.csv", "seen.csv"):
+            (tmp_path / name).rename(tmp_path / day / name)
+        days.append([f"{day}/joints.csv", f"{day}/seen.csv"])
+    head = HEAD.replace('["joints.csv", "seen.csv"]', json.dumps(days[0]))
+    head = head.replace('parent = "base"', 'parent = "base"\nper_recording = true')
+    path = tmp_path / "run.toml"
+    path.write_text(f"append = [{json.dumps(days[1])}]\n" + head + POINTS)
+    run = read_run_file(path)
+    loaded = load(run)
+    lags = [loaded.body.part(name)["joined"] for name in ("clock_of_seen", "clock_of_seen_2")]
+    assert lags == pytest.approx([0.3, -0.2], abs=0.003)
+    assert {"eye_1", "eye_2"} <= {*loaded.frames}
+    first, second = loaded.senses
+    assert (first.seen_from, second.seen_from) == ("eye_1", "eye_2")
+    assert min(second.rows) > max(first.rows), "rows are numbered through"
+    for sense, lag in zip(loaded.senses, (0.3, -0.2), strict=True):
+        assert np.abs(sense.q - motion(sense.time - lag)).max() < 0.01
+    again = read_senses(run, loaded.body)
+    assert [len(sense) for sense in again] == [len(sense) for sense in loaded.senses]
+
+
+def test_a_day_without_joints_is_said(record: Any, tmp_path: Path) -> None:
+    record(0.0)
+    (tmp_path / "other.csv").write_text((tmp_path / "seen.csv").read_text())
+    text = 'append = [["seen.csv", "other.csv"]]\n' + HEAD + POINTS
+    (tmp_path / "run.toml").write_text(text.replace('recording = ["joints.csv", "seen.csv"]', ""))
+    with pytest.raises(InputError, match="no file or topic of recording has columns of the robot"):
+        load(read_run_file(tmp_path / "run.toml"))

@@ -1,7 +1,8 @@
 """Recordings one after the other, `append` in a run file, and frames that were moved between them.
 
 Every sense is read from every recording; a frame that is `per_recording` becomes a frame of each,
-board_mon and board_tue for mon.csv and tue.csv.
+board_mon and board_tue for mon.csv and tue.csv. With `join = "time"` each recording is a list of
+files, or a bag, whose streams are joined to the joints in it.
 """
 
 from __future__ import annotations
@@ -45,11 +46,6 @@ def with_appended(
         raise InputError(
             f"append in {where} is for recordings of [[senses]], as calibrate reads them; describe "
             "what was seen there, or leave it out."
-        )
-    if entries.get("join") == "time":
-        raise InputError(
-            f'append and join = "time" in {where} do not go together; give every recording a run '
-            "file of its own."
         )
     recordings = [files for files in (entries["recording"], *appended) if files]
     ends = _endings(recordings)

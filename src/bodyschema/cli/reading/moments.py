@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bodyschema.cli.reading.joint_columns import JointColumns
     from bodyschema.cli.reading.part_entry import PartEntry
     from bodyschema.cli.reading.sense_entry import SenseEntry
-    from bodyschema.cli.reading.streams import Streams
+    from bodyschema.cli.reading.streams import Session
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -82,7 +82,8 @@ class Moments:
         parts: Mapping[str, PartEntry],
         recording: Recording,
         time: Array,
-        streams: Streams,
+        joints: JointColumns,
+        session: Session,
         lag: float,
     ) -> Moments:
         """A recording without joints, with those of another at its times.
@@ -92,14 +93,15 @@ class Moments:
             parts: of the run.
             recording: the table.
             time: (n_rows,) s, its stamps.
-            streams: with the joints.
+            joints: how they were recorded.
+            session: with their readings.
             lag: s, by which the stamps are late; what is left of it is for the clock.
         """
-        q, rate, known = streams.joints.at(time - lag)
+        q, rate, known = session.joints.at(time - lag)
         return cls(
-            body, streams.run.joints, parts, recording, q, time, True,
-            rate=rate, known=known, joint_table=streams.joint_table,
-            cut=streams.joints.near_a_cut(time - lag),
+            body, joints, parts, recording, q, time, True,
+            rate=rate, known=known, joint_table=session.table,
+            cut=session.joints.near_a_cut(time - lag),
         )  # fmt: skip
 
     @classmethod

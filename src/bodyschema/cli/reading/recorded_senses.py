@@ -64,7 +64,10 @@ def read_streams(streams: Streams, body: Body) -> dict[Source, Moments]:
         table, time = streams.tables[source[0]], source[1]
         if streams.late(entry.recording):
             lag = body.part(entry.clock)["joined"]
-            at = Moments.joined(body, run.parts, table, stamps(table, time), streams, lag)
+            at = Moments.joined(
+                body, run.parts, table, stamps(table, time), run.joints,
+                streams.joints(source[0]), lag,
+            )  # fmt: skip
         else:
             at = Moments.of(body, run.joints, run.parts, table, time)
         opened[source] = at.from_row(first)

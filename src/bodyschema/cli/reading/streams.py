@@ -2,11 +2,13 @@
 
 The joints are read from the one file of `recording` that has their columns, every sense from the
 file that has its own. A stream's stamps may be late by a lag that nobody knows: it has a part
-"clock", clock_of_poses for poses.csv, unless the run file names one.
+"clock", clock_of_poses for poses.csv, unless the run file names one. Recordings that are appended
+have joints and clocks of their own: so has a sense whose own recording has the joints, too.
 """
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,12 +40,42 @@ NAMED = 3
 
 
 @dataclass(frozen=True)
+class Session:
+    """The joints of one recording, with the tables of its files or topics."""
+
+    joints: JointStream
+    table: Recording
+    """That holds the joints."""
+    files: Files
+    """Its name."""
+    singles: Mapping[Files, Recording]
+
+    @classmethod
+    def open(cls, run: RunFile, body: Body, singles: Mapping[Files, Recording]) -> Session:
+        """Find the joints among the tables of a recording.
+
+        Raises:
+            InputError: none or several have them.
+        """
+        named = [column_of(joint, run.joints) for joint in body.joints]
+        holding = _holding(named, singles)
+        if len(holding) != 1:
+            raise InputError(_no_joints(named, len(holding), _columns(singles)))
+        (files,) = holding
+        table = singles[files]
+        q, cut = read_joints(body, table, run.joints), cut_off(body, table, run.joints)
+        stream = JointStream(table.source, stamps(table, run.time), q, cut)
+        return cls(stream, table, files, singles)
+
+
+@dataclass(frozen=True)
 class Streams:
     """The files of a run that are joined by time, each read once."""
 
     run: RunFile
-    """With the joints' file as its recording, and of every sense its file and clock."""
-    joints: JointStream
+    """With of every sense its file and clock."""
+    sessions: Mapping[Files, Session]
+    """That the joints of each sense's file are read from, by that file."""
     tables: Mapping[Files, Recording]
 
     @classmethod
@@ -53,37 +85,31 @@ class Streams:
         Raises:
             InputError: no file or several have the joints, or the columns of a sense.
         """
-        singles: dict[Files, Recording]
-        names = [
-            one for name in run.recording for one in (topics_of(name) if is_bag(name) else [name])
-        ]
-        singles = {(name,): open_recording([name]).paced(run.rate_hz, run.time) for name in names}
-        named = [column_of(joint, run.joints) for joint in body.joints]
-        holding = [files for files, table in singles.items() if {*named} & {*table.columns}]
-        if len(holding) != 1:
-            raise InputError(_no_joints(named, len(holding), _columns(singles)))
-        own: dict[Files, Recording]
-        own = {
-            e.recording: open_recording(e.recording).paced(run.rate_hz, _column(run, e))
-            for e in run.senses
-            if e.recording
-        }
-        tables = {**singles, **own}
-        senses = tuple(_placed(entry, singles, holding[0]) for entry in run.senses)
-        table = tables[holding[0]]
-        q = read_joints(body, table, run.joints)
-        cut = cut_off(body, table, run.joints)
-        stream = JointStream(table.source, stamps(table, run.time), q, cut)
-        return cls(replace(run, recording=holding[0], senses=senses), stream, tables)
+        opened, clocks = _Opened(run, body), dict[Files, str]()
+        sessions, tables = dict[Files, Session](), dict[Files, Recording]()
+        senses = []
+        for entry in run.senses:
+            session, own = opened.of(entry)
+            singles = session.singles if own is None else {entry.recording: own}
+            placed = _placed(entry, singles)
+            files = placed.recording
+            sessions[files], tables[files] = session, singles[files]
+            if not placed.clock and files != session.files:
+                clocks.setdefault(files, _clock_name(files, [*clocks.values()]))
+                placed = replace(placed, clock=clocks[files])
+            senses.append(placed)
+        if not senses:
+            opened.common()
+        first = next(iter(sessions.values())).files if sessions else run.recording
+        return cls(replace(run, recording=first, senses=tuple(senses)), sessions, tables)
 
-    @property
-    def joint_table(self) -> Recording:
-        """The file that holds the joints."""
-        return self.tables[self.run.recording]
+    def joints(self, files: Files) -> Session:
+        """The joints that go with a file of senses."""
+        return self.sessions[files]
 
     def late(self, files: Files) -> bool:
         """Whether a file's rows are joined to the joints by time."""
-        return files != self.run.recording
+        return files != self.sessions[files].files
 
     @property
     def clocks(self) -> tuple[str, ...]:
@@ -96,25 +122,77 @@ class Streams:
         own = tuple(entry for entry in self.run.senses if entry.clock == clock)
         return replace(self, run=replace(self.run, senses=own))
 
+    @property
+    def first(self) -> SenseEntry:
+        """The first sense."""
+        return self.run.senses[0]
+
     def stamps_of(self, clock: str) -> Array:
         """Times of the stream with a clock, (n,) s."""
-        entry = self.of_clock(clock).run.senses[0]
+        entry = self.of_clock(clock).first
         return stamps(self.tables[entry.recording], _column(self.run, entry))
 
     def source_of(self, clock: str) -> str:
         """Its name for messages."""
-        return self.tables[self.of_clock(clock).run.senses[0].recording].source
+        return self.tables[self.of_clock(clock).first.recording].source
+
+
+class _Opened:
+    """The recordings of a run, each read once, and which joints go with a sense."""
+
+    def __init__(self, run: RunFile, body: Body) -> None:
+        self._run, self._body = run, body
+        self._named = [column_of(joint, run.joints) for joint in body.joints]
+        self._sessions: dict[Files, Session] = {}
+        self._own: dict[tuple[Files, str | None], Recording] = {}
+
+    def common(self) -> Session:
+        """That of the run's own recording."""
+        files = self._run.recording
+        if files not in self._sessions:
+            singles = _singles(files, self._run.rate_hz, self._run.time)
+            self._sessions[files] = Session.open(self._run, self._body, singles)
+        return self._sessions[files]
+
+    def of(self, entry: SenseEntry) -> tuple[Session, Recording | None]:
+        """The joints of a sense, and its own table where its recording has no joints."""
+        files, time = entry.recording, _column(self._run, entry)
+        if not files:
+            return self.common(), None
+        if files in self._sessions:
+            return self._sessions[files], None
+        if (files, time) not in self._own:
+            singles = _singles(files, self._run.rate_hz, time)
+            if _holding(self._named, singles):
+                self._sessions[files] = Session.open(self._run, self._body, singles)
+                return self._sessions[files], None
+            if not self._run.recording:
+                raise InputError(_no_joints(self._named, 0, _columns(singles)))
+            one = next(iter(singles.values())) if len(singles) == 1 else open_recording(files)
+            self._own[files, time] = one.paced(self._run.rate_hz, time)
+        return self.common(), self._own[files, time]
+
+
+def _singles(files: Files, rate_hz: float | None, time: str | None) -> dict[Files, Recording]:
+    """A table of every file, and of every topic of a bag."""
+    names = [one for name in files for one in (topics_of(name) if is_bag(name) else [name])]
+    return {(name,): open_recording([name]).paced(rate_hz, time) for name in names}
+
+
+def _holding(named: Sequence[str], singles: Mapping[Files, Recording]) -> list[Files]:
+    """The tables that have columns of joints."""
+    return [files for files, table in singles.items() if {*named} & {*table.columns}]
 
 
 def _column(run: RunFile, entry: SenseEntry) -> str | None:
     return run.time if entry.time is None else entry.time
 
 
-def _placed(entry: SenseEntry, singles: Mapping[Files, Recording], joints: Files) -> SenseEntry:
-    """A sense with the file that has its columns, and a clock if that is not the joints' own."""
-    fitting = [entry.recording] if entry.recording else [
-        files for files, table in singles.items() if _holds(table, entry.columns)
-    ]  # fmt: skip
+def _placed(entry: SenseEntry, singles: Mapping[Files, Recording]) -> SenseEntry:
+    """A sense with the file that has its columns."""
+    fitting = [files for files, table in singles.items() if _holds(table, entry.columns)]
+    if len(singles) == 1:  # what its columns lack is said where they are read
+        fitting = list(singles)
     if len(fitting) != 1:
         lost = next(iter(entry.columns), "")
         n = len(fitting)
@@ -126,10 +204,14 @@ def _placed(entry: SenseEntry, singles: Mapping[Files, Recording], joints: Files
             f"'{entry.seen}' seen from '{entry.seen_from}' ('{lost}' ...); name the one that has "
             f'what was seen, recording = "..."{did_you_mean(lost, _columns(singles))}'
         )
-    files = fitting[0]
-    stem = re.sub(r"\W+", "_", Path(files[0]).stem).strip("_")
-    clock = entry.clock or ("" if files == joints else f"clock_of_{stem}")
-    return replace(entry, recording=files, clock=clock)
+    return replace(entry, recording=fitting[0])
+
+
+def _clock_name(files: Files, taken: Sequence[str]) -> str:
+    """A name for the clock of a file, that no other file's has."""
+    name = "clock_of_" + re.sub(r"\W+", "_", Path(files[0]).stem).strip("_")
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    return next(one for one in itertools.chain([name], numbered) if one not in taken)
 
 
 def _holds(table: Recording, columns: tuple[str, ...]) -> bool:
