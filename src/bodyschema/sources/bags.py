@@ -18,7 +18,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from bodyschema.documents import is_file, regular_file
 from bodyschema.errors import InputError, MissingExtraError, did_you_mean
 from bodyschema.sources.cut_bags import cut_off
+from bodyschema.sources.mended_mcap import MendedMcap, is_cut
 from bodyschema.sources.recording import Recording
 
 Array = NDArray[np.float64]
@@ -110,7 +111,14 @@ def read_bag(path: str | Path) -> Recording:
             f"{source} holds {wanted[0].msgtype}, {found.rows} messages, and of these no numbers "
             "are read; `bodyschema inspect` lists the topics."
         )
-    return found.recording(source)
+    remarks = tuple(mended.sentence for mended in mended_parts(Path(name)))
+    return replace(found.recording(source), remarks=remarks)
+
+
+def mended_parts(path: Path) -> list[Any]:
+    """The file itself, where it is MCAP that breaks off; it is read up to there."""
+    lone = path.suffix.lower() == ".mcap" and is_file(path)
+    return [MendedMcap(path)] if lone and is_cut(path) else []
 
 
 def stamps(path: Path, topic: str) -> Array:
@@ -192,7 +200,9 @@ def _opened(path: Path) -> Iterator[Any]:
     beside = path.parent / "metadata.yaml"
     place = path.parent if path.suffix == ".db3" and is_file(beside) else path
     try:
-        with AnyReader([place], default_typestore=get_typestore(Stores.LATEST)) as reader:
+        with AnyReader(
+            mended_parts(path) or [place], default_typestore=get_typestore(Stores.LATEST)
+        ) as reader:
             yield reader
     except InputError:
         raise

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bodyschema.documents import is_file, is_folder, is_there, json_file
 from bodyschema.errors import BodyschemaError, InputError
 from bodyschema.sources.arrays import ENDINGS as ARRAYS
-from bodyschema.sources.bags import MARK, bag_topics, is_bag, read_bag, stamps
+from bodyschema.sources.bags import MARK, bag_topics, is_bag, mended_parts, read_bag, stamps
 from bodyschema.sources.lerobot import is_lerobot, read_info
 from bodyschema.sources.recording import Recording, seconds
 from bodyschema.sources.tables import open_recording
@@ -99,7 +99,9 @@ def contents(path: Path) -> Contents:
     if is_lerobot(path):
         return _lerobot(path)
     if is_bag(path):
-        return Contents("bag", tuple(_topics(path)))
+        place = Path(str(path).partition(MARK)[0])
+        notes = tuple(mended.sentence for mended in mended_parts(place))
+        return Contents("bag", tuple(_topics(path)), notes)
     if is_folder(path):
         return _folder(path, 0)
     kind = path.suffix.lower()

@@ -53,6 +53,8 @@ class Recording:
     """Column -> (n_rows,) True where the cell was empty; absent when none was."""
     texts: frozenset[str] = frozenset()
     """Columns that were left out because they hold something other than numbers."""
+    remarks: tuple[str, ...] = ()
+    """What to know of how it was read, a sentence each."""
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values()), ()))
@@ -178,4 +180,5 @@ def beside(recordings: Iterable[Recording]) -> Recording:
         columns |= other.columns
         empty |= other.empty
     texts = frozenset().union(*(part.texts for part in parts))
-    return Recording(" + ".join(part.source for part in parts), columns, empty, texts)
+    remarks = tuple(remark for part in parts for remark in part.remarks)
+    return Recording(" + ".join(part.source for part in parts), columns, empty, texts, remarks)

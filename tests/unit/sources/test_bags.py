@@ -175,3 +175,69 @@ def test_a_bag_that_breaks_off_is_one_sentence_with_what_is_there(bag: Path) -> 
     store.write_bytes(store.read_bytes()[:6000])
     with pytest.raises(InputError, match=r"`sqlite3 .*\.recover"):
         open_recording(f"{bag}#/joint_states")
+
+
+@pytest.mark.parametrize("chunks", [True, False])
+def test_all_up_to_a_cut_is_read(tmp_path: Path, chunks: bool) -> None:
+    """Of a file whose recorder died: whole chunks in the order of their times, and a sentence."""
+    pytest.importorskip("rosbags")
+    count = 1000 if chunks else 100
+    whole = many_messages(tmp_path, count)
+    data = whole.read_bytes() if chunks else without_chunks(whole.read_bytes())
+    counts = []
+    for share in (0.4, 0.7, 0.95):
+        whole.write_bytes(data[: int(share * len(data))])
+        found = open_recording(f"{whole}#/joint_states")
+        counts.append(len(found))
+        assert found.columns["a"].tolist() == list(range(len(found)))
+        (remark,) = found.remarks
+        assert "breaks off" in remark
+        assert f"{(len(found) - 1) * 0.01:.2f} s of messages are whole" in remark
+        assert bag_topics(whole)[0].samples == len(found)
+    assert counts == sorted(counts)
+    assert counts[-1] > 0.7 * count
+    whole.write_bytes(data[:150])
+    with pytest.raises(InputError, match="before any message is whole; record it again"):
+        open_recording(whole)
+
+
+def test_a_file_that_ends_as_it_should_says_nothing(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    assert open_recording(f"{many_messages(tmp_path, 5)}#/joint_states").remarks == ()
+
+
+def many_messages(folder: Path, count: int) -> Path:
+    """An MCAP file of joint states whose first joint counts them."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store, kind = get_typestore(Stores.ROS2_HUMBLE), "sensor_msgs/msg/JointState"
+    types: Any = store.types
+    with Writer(folder / "b", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topic = writer.add_connection("/joint_states", kind, typestore=store)
+        for i in range(count):
+            stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+            header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+            filler = ["a", *(f"joint_{i}" for i in range(200))]
+            place, none = np.full(201, float(i)), np.zeros(0)
+            message = types[kind](header, filler, place, none, none)
+            writer.write(topic, 10**9 + i * 10**7, store.serialize_cdr(message, kind))
+    return next((folder / "b").glob("*.mcap")).rename(folder / "lone.mcap")
+
+
+def without_chunks(data: bytes) -> bytes:
+    """The records of a file's chunks, one after the other, as some recorders write them."""
+    import struct
+
+    made, at = data[:8], 8
+    while at < len(data) - 8:
+        kind, length = struct.unpack_from("<BQ", data, at)
+        content = data[at + 9 : at + 9 + length]
+        if kind == 6:
+            (letters,) = struct.unpack_from("<I", content, 28)
+            assert not letters, "not packed"
+            made += content[40:]
+        elif kind in (1, 3, 4):
+            made += data[at : at + 9 + length]
+        at += 9 + length
+    return made

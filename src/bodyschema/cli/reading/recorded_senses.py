@@ -94,8 +94,10 @@ def make_senses(run: RunFile, opened: Mapping[Source, Moments]) -> tuple[Sense, 
 
 def reading_remarks(run: RunFile, opened: Mapping[Source, Moments]) -> tuple[str, ...]:
     """What to know of how the joints were read, a sentence each."""
-    said = []
+    said = list[str]()
     for at in opened.values():
+        for table in filter(None, (at.recording, at.joint_table)):
+            said += [remark for remark in table.remarks if remark not in said]
         rows = 0 if at.cut is None else at.cut.any(axis=0)
         named = [j for j, cut in zip(at.body.joints, np.atleast_1d(rows), strict=False) if cut]
         if named and at.cut is not None:
