@@ -64,7 +64,7 @@ def bag_topics(path: Path) -> tuple[Topic, ...]:
         InputError: no such bag, or none that can be read.
         MissingExtraError: rosbags is not installed.
     """
-    with _opened(path) as reader:
+    with opened_bag(path) as reader:
         names = dict.fromkeys(connection.topic for connection in reader.connections)
         topics = [(name, reader.topics[name]) for name in names]
         return tuple(
@@ -98,7 +98,7 @@ def read_bag(path: str | Path) -> Recording:
         raise InputError(_not_one(path, known))
     name, _, topic = known[0].partition(MARK)
     source = f"'{Path(name).name}{MARK}{topic}'"
-    with _opened(Path(name)) as reader:
+    with opened_bag(Path(name)) as reader:
         wanted = [c for c in reader.connections if c.topic == topic]
         if not wanted:
             there = [c.topic for c in reader.connections]
@@ -123,7 +123,7 @@ def mended_parts(path: Path) -> list[Any]:
 
 def stamps(path: Path, topic: str) -> Array:
     """When the messages of a topic were recorded, (n,) s; none of them is decoded."""
-    with _opened(path) as reader:
+    with opened_bag(path) as reader:
         wanted = [c for c in reader.connections if c.topic == topic]
         return np.array([ns for _, ns, _ in reader.messages(connections=wanted)]) / 1e9
 
@@ -188,7 +188,13 @@ class _Columns:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def opened_bag(path: Path) -> Iterator[Any]:
+    """A reader of a bag, whose errors are sentences.
+
+    Raises:
+        InputError: no such bag, or none that can be read.
+        MissingExtraError: rosbags is not installed.
+    """
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
@@ -199,10 +205,12 @@ def _opened(path: Path) -> Iterator[Any]:
         regular_file(path, missing)
     beside = path.parent / "metadata.yaml"
     place = path.parent if path.suffix == ".db3" and is_file(beside) else path
+    parts: list[Any] = mended_parts(path)
+    if parts and parts[0].seconds is None:
+        raise InputError(f"'{path}' is no bag that can be read: {cut_off(path)}.")
     try:
-        with AnyReader(
-            mended_parts(path) or [place], default_typestore=get_typestore(Stores.LATEST)
-        ) as reader:
+        store = get_typestore(Stores.LATEST)
+        with AnyReader(parts or [place], default_typestore=store) as reader:
             yield reader
     except InputError:
         raise

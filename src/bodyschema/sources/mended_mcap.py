@@ -21,7 +21,7 @@ from typing import Any, BinaryIO
 
 MAGIC = b"\x89MCAP0\r\n"
 
-FOOTER, MESSAGE, CHUNK, CHUNK_INDEX, STATISTICS = 0x02, 0x05, 0x06, 0x08, 0x0B
+FOOTER, MESSAGE, CHUNK, MESSAGE_INDEX, CHUNK_INDEX, STATISTICS = 0x02, 0x05, 0x06, 0x07, 0x08, 0x0B
 """Kinds of records."""
 
 _HEAD = struct.Struct("<BQ")
@@ -104,8 +104,10 @@ class MendedMcap:
     @cached_property
     def seconds(self) -> float | None:
         """From the first to the last time of what is whole; None if no message is."""
+        end = self._end[0]
         with self.path.open("rb") as file:
-            times = [t for record in whole_records(file) for t in times_of(file, record) if t]
+            read = (record for record in whole_records(file) if record.at < end)
+            times = [t for record in read for t in times_of(file, record) if t]
         return (max(times) - min(times)) / 1e9 if times else None
 
     @property
@@ -123,22 +125,48 @@ class MendedMcap:
         """Where the whole records end, and what is to stand there."""
         with self.path.open("rb") as file:
             records = [r for r in whole_records(file) if r.kind not in (FOOTER, CHUNK_INDEX)]
-            end = records[-1].at + records[-1].length if records else len(MAGIC)
-            index = b"".join(_indexed(file, r) for r in records if r.kind == CHUNK)
+            places = [r.at + r.length for r in records]
+            file.seek(places[-1] if places else 0)
+            cut_within = file.read(1)[:1] == bytes([MESSAGE_INDEX])
+            chunks = _with_indexes(records)
+            if chunks and cut_within:  # nobody knows which topics the last chunk holds
+                last = chunks.pop()[0]
+                places = [place for place in places if place <= last.at]
+            end = places[-1] if places else len(MAGIC)
+            entries = [_indexed(file, chunk, own) for chunk, own in chunks]
+        index = b"".join(entries if all(own for _, own in chunks) else ())
         empty = _record(STATISTICS, struct.pack("<QHIIIIQQI", *[0] * 9))
         footer = _record(FOOTER, struct.pack("<QQI", end, 0, 0))
         return end, index + empty + footer + MAGIC
 
 
-def _indexed(file: BinaryIO, record: Record) -> bytes:
+def _with_indexes(records: list[Record]) -> list[tuple[Record, list[Record]]]:
+    """Every chunk with the indexes of its messages, one of each topic, which come after it."""
+    found: list[tuple[Record, list[Record]]] = []
+    for record in records:
+        if record.kind == CHUNK:
+            found.append((record, []))
+        elif record.kind == MESSAGE_INDEX and found:
+            found[-1][1].append(record)
+    return found
+
+
+def _indexed(file: BinaryIO, record: Record, indexes: list[Record]) -> bytes:
     """The entry of a chunk in the index."""
+    places = b""
+    for one in indexes:
+        file.seek(one.at + _HEAD.size)
+        places += file.read(2) + struct.pack("<Q", one.at)  # the number of the topic
     file.seek(record.at + _HEAD.size)
     first, last, unpacked, _, letters = _CHUNK.unpack(file.read(_CHUNK.size))
     name = file.read(letters)
     (packed,) = struct.unpack("<Q", file.read(8))
+    size = sum(one.length for one in indexes)
     return _record(
         CHUNK_INDEX,
-        struct.pack("<QQQQIQI", first, last, record.at, record.length, 0, 0, letters)
+        struct.pack("<QQQQI", first, last, record.at, record.length, len(places))
+        + places
+        + struct.pack("<QI", size, letters)
         + name
         + struct.pack("<QQ", packed, unpacked),
     )
