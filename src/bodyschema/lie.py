@@ -9,6 +9,8 @@ The Jacobians follow exp(w + d) ~ exp(J_left(w) d) exp(w) = exp(w) exp(J_right(w
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -114,6 +116,16 @@ def transform(rotation: ArrayLike, translation: ArrayLike) -> Array:
     T = np.zeros((*np.broadcast_shapes(R.shape[:-2], t.shape[:-1]), 4, 4))
     T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = R, t, 1.0
     return T
+
+
+def matrices(transforms: Any) -> Array:
+    """Transforms as matrices, (*batch, 4, 4): of arrays, or scipy's RigidTransform, or a list."""
+    if isinstance(transforms, list | tuple) and any(
+        hasattr(one, "as_matrix") for one in transforms
+    ):
+        return np.stack([matrices(one) for one in transforms])
+    made = transforms.as_matrix() if hasattr(transforms, "as_matrix") else transforms
+    return np.asarray(made, dtype=np.float64)
 
 
 def inverse(T_a_b: ArrayLike) -> Array:

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -22,7 +23,7 @@ from bodyschema.acting.next_poses import Plan, plan_poses
 from bodyschema.answers.loaded import checked
 from bodyschema.atomic import found_again
 from bodyschema.documents import is_file, json_file, printable, regular_file
-from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.errors import InputError, MissingExtraError, did_you_mean
 from bodyschema.export.calibration_yaml import calibration_document
 from bodyschema.export.double_zeros import double_zeros
 from bodyschema.export.record import decoded
@@ -49,6 +50,9 @@ from bodyschema.senses.sense import Sense
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+
+FRAMES = ("pandas", "polars")
+"""Packages of data frames."""
 
 MOST_PLACES = 6
 """Frames that `repr` shows."""
@@ -137,6 +141,28 @@ class Answer(Calibration):
         """
         found = () if self.withheld else places(self)
         return {f"T_{place.parent}_{place.frame}": place for place in found}
+
+    def to_frame(self, package: str = "pandas") -> Any:
+        """A data frame with a row for each number that was free: name, group, value, std, unit.
+
+        Args:
+            package: "pandas" or "polars", which must be installed.
+
+        Raises:
+            InputError: it is not, or is another one.
+        """
+        if package not in FRAMES:
+            raise InputError(f"package = '{package}'{did_you_mean(package, FRAMES)}")
+        try:
+            frames = importlib.import_module(package)
+        except ImportError:
+            raise InputError(f"{package} is not installed; run: pip install {package}.") from None
+        variables, fit = self.estimate.variables, self.widened
+        std = fit.std if len(variables) else fit.x
+        return frames.DataFrame(
+            {"name": list(variables.names), "group": list(variables.groups), "value": fit.x,
+             "std": std, "unit": list(variables.units)}
+        )  # fmt: skip
 
     def _repr_html_(self) -> str:
         """For notebooks: verdict and errors."""

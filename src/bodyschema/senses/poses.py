@@ -69,7 +69,7 @@ class Poses(Sense):
 
         Args:
             q: (n, n_joints) encoder readings.
-            pose: (n, 4, 4) T_seen_from_seen.
+            pose: (n, 4, 4) T_seen_from_seen, or scipy's RigidTransform.
             seen_from: frame that looks, or that the pose is given in.
             seen: frame whose pose it is.
             std: noise of each coordinate (m) and of each rotation component (rad).
@@ -77,7 +77,7 @@ class Poses(Sense):
             rows: (n,) row numbers for messages; 0, 1, 2, ... when None.
             more: `stated`, `clock`, `rate`.
         """
-        seen_as = np.asarray(pose, dtype=np.float64).reshape(-1, 4, 4)
+        seen_as = lie.matrices(pose).reshape(-1, 4, 4)
         return super().make(q, seen_as, seen_from, seen, std, time, rows, **more)
 
     @property

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bodyschema import lie
 from bodyschema.errors import InputError, did_you_mean
-from bodyschema.senses.layouts import LAYOUTS, poses_from_columns
+from bodyschema.senses.layouts import ANGLES, LAYOUTS, poses_from_columns
 from bodyschema.senses.wrist_declaration import PoseColumns
 from bodyschema.sources.physical_units import factor
 from bodyschema.sources.recording import UNITS
@@ -25,19 +25,17 @@ ORIENTATIONS = {
 FASTEST = 50.0
 """m/s, beyond any wrist."""
 
-COLUMN_ORDER = [0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15]
-
 
 def pose_columns(values: Array, entry: PoseColumns) -> Array:
     """Transforms (n, 4, 4) of recorded columns; angles may be in degrees."""
     layout, wide = entry.layout, values
     length = factor(entry.unit, {k: UNITS[k] for k in ("m", "cm", "mm", "um", "in")})
     angle = factor(entry.angle_unit, {k: UNITS[k] for k in ("rad", "deg", "mrad")})
-    everything = (*LAYOUTS, *ORIENTATIONS, "matrix3x3", "matrix4x4_columns")
+    everything = (*LAYOUTS, *ORIENTATIONS, "matrix3x3")
     if layout not in everything:
         raise InputError(f"unknown pose layout '{layout}'{did_you_mean(layout, everything)}")
     counts = {name: LAYOUTS[whole][0] - 3 for name, whole in ORIENTATIONS.items()}
-    count = {"matrix3x3": 9, "matrix4x4_columns": 16, **counts}.get(layout)
+    count = {"matrix3x3": 9, **counts}.get(layout)
     if count is not None and values.shape[1] != count:
         raise InputError(f"layout '{layout}' has {count} columns, {values.shape[1]} were named.")
     if layout in ORIENTATIONS:
@@ -46,9 +44,7 @@ def pose_columns(values: Array, entry: PoseColumns) -> Array:
         matrices = values.reshape(-1, 3, 3)
         wide = np.concatenate([matrices, np.zeros((len(values), 3, 1))], axis=2)
         wide, layout = wide.reshape(-1, 12), "matrix3x4"
-    elif layout == "matrix4x4_columns":
-        wide, layout = values[:, COLUMN_ORDER], "matrix4x4"
-    if layout in ("xyz_rpy", "xyz_rotvec"):
+    if layout in ANGLES:
         wide = np.hstack([wide[:, :3], angle * wide[:, 3:]])
     T = poses_from_columns(wide, layout, length)
     skewed = np.abs(T[:, :3, :3] @ np.swapaxes(T[:, :3, :3], 1, 2) - np.eye(3)).max(axis=(1, 2))

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema import lie
 from bodyschema.documents import regular_file
 from bodyschema.errors import InputError
 from bodyschema.sources.recording import TIME_COLUMNS, Recording
@@ -68,9 +69,17 @@ def of_frame(frame: Any) -> Recording:
         columns = {TIME: index, **columns}
     made = of_arrays(columns, "the data frame")
     empty = {name: np.isnan(values) for name, values in made.columns.items()}
+    words = {name: _words(columns[name]) for name in made.texts}
     return Recording(
-        made.source, made.columns, {k: v for k, v in empty.items() if v.any()}, made.texts
-    )
+        made.source, made.columns, {k: v for k, v in empty.items() if v.any()}, made.texts,
+        {name: cells for name, cells in words.items() if cells},
+    )  # fmt: skip
+
+
+def _words(values: NDArray[Any]) -> list[str]:
+    """The cells of a column of texts, nothing being ""; none where it holds other things."""
+    cells = ["" if value is None or value != value else value for value in values.tolist()]
+    return [str(cell) for cell in cells] if all(isinstance(c, str) for c in cells) else []
 
 
 def _plain(column: Any) -> NDArray[Any]:
@@ -100,7 +109,7 @@ def of_arrays(arrays: Mapping[str, Any], source: str) -> Recording:
     Raises:
         InputError: none holds numbers, or two would make one column.
     """
-    made = {str(name): np.asarray(values) for name, values in arrays.items()}
+    made = {str(name): _array_of(values) for name, values in arrays.items()}
     counts = Counter(len(values) for values in made.values() if _numeric(values))
     if not counts:
         there = ", ".join(f"{name} {values.shape}" for name, values in made.items()) or "nothing"
@@ -117,6 +126,11 @@ def of_arrays(arrays: Mapping[str, Any], source: str) -> Recording:
                 raise InputError(f"{source} has two columns named '{own}'; rename an array.")
             columns[own] = column
     return Recording(source, columns, {}, frozenset(texts))
+
+
+def _array_of(values: Any) -> NDArray[Any]:
+    """Values as an array; transforms of scipy as their matrices."""
+    return lie.matrices(values) if hasattr(values, "as_matrix") else np.asarray(values)
 
 
 def _numeric(values: NDArray[Any]) -> bool:

@@ -1,4 +1,4 @@
-"""Which rows of a long table are meant: "marker == 3", "marker == 3 and quality > 0.5"."""
+"""Which rows of a long table are meant: "marker == 3 and quality > 0.5", "who == 'left hand'"."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OPERATORS: dict[str, Callable[..., NDArray[np.bool_]]] = {
     "<": operator.lt, ">": operator.gt,
 }  # fmt: skip
 
-_PART = re.compile(r"\s*(.+?)\s*(==|!=|<=|>=|<|>)\s*(\S+)\s*")
+_PART = re.compile(r"\s*(.+?)\s*(==|!=|<=|>=|<|>)\s*('[^']*'|\"[^\"]*\"|\S+)\s*")
 
 
 def rows_where(table: Recording, condition: str) -> NDArray[np.bool_]:
@@ -33,17 +33,43 @@ def rows_where(table: Recording, condition: str) -> NDArray[np.bool_]:
     chosen = np.ones(len(table), dtype=bool)
     for part in re.split(r"\s+and\s+", condition):
         found = _PART.fullmatch(part)
-        try:
-            value = float(found[3]) if found else np.nan
-        except ValueError:
-            value = np.nan
-        if found is None or not np.isfinite(value):
-            raise InputError(
-                f"where = '{condition}' is no condition; write a column, one of "
-                f'{" ".join(OPERATORS)}, and a number: "marker == 3".'
-            )
-        cells, present = table.matrix([found[1]], "1")
-        chosen &= present & OPERATORS[found[2]](cells[:, 0], value)
+        if found is None:
+            raise _none(condition)
+        name, sign, value = found.groups()
+        if name in table.words:
+            chosen &= _texts(table, condition, name, sign, value.strip("'\""))
+        else:
+            chosen &= _numbers(table, condition, name, sign, value)
     if not chosen.any():
         raise InputError(f"no row of {table.source} fulfils where = '{condition}'.")
     return chosen
+
+
+def _texts(table: Recording, condition: str, name: str, sign: str, value: str) -> NDArray[np.bool_]:
+    if sign not in ("==", "!="):
+        raise InputError(
+            f"where = '{condition}': '{name}' of {table.source} holds texts, which are the same "
+            "(==) or not (!=)."
+        )
+    cells = np.array([cell.strip() for cell in table.words[name]])
+    return np.asarray((cells != "") & OPERATORS[sign](cells, value))
+
+
+def _numbers(
+    table: Recording, condition: str, name: str, sign: str, value: str
+) -> NDArray[np.bool_]:
+    try:
+        number = float(value)
+    except ValueError:
+        number = np.nan
+    if not np.isfinite(number):
+        raise _none(condition)
+    cells, present = table.matrix([name], "1")
+    return np.asarray(present & OPERATORS[sign](cells[:, 0], number))
+
+
+def _none(condition: str) -> InputError:
+    return InputError(
+        f"where = '{condition}' is no condition; write a column, one of {' '.join(OPERATORS)}, and "
+        'a number: "marker == 3"; or a text in a column of texts: "who == \'left\'".'
+    )

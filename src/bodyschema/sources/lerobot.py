@@ -119,6 +119,13 @@ def read_info(
         raise InputError(
             f"'{folder}' is a LeRobot data set of version {version}; versions 2 and 3 can be read."
         )
+    stored = str(info.get("storage_format", "parquet")).lower()
+    if stored != "parquet":
+        raise InputError(
+            f"'{folder}' is a LeRobot data set whose rows are stored as {stored[:20]} "
+            "(storage_format in its info.json), and Parquet is what is read; write it again as "
+            "Parquet with LeRobot, or give a table of its states and times."
+        )
     absent = [name for name in needed if not info.get(name)]
     if absent:
         way = PICTURES if absent[0] == "video_path" else ""

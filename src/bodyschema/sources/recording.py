@@ -7,7 +7,7 @@ fault of the recorder and is refused with its row.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,8 @@ class Recording:
     """Column -> (n_rows,) True where the cell was empty; absent when none was."""
     texts: frozenset[str] = frozenset()
     """Columns that were left out because they hold something other than numbers."""
+    words: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """Column of texts -> its cells, where they are kept: rows are chosen by them."""
     remarks: tuple[str, ...] = ()
     """What to know of how it was read, a sentence each."""
 
@@ -180,5 +182,7 @@ def beside(recordings: Iterable[Recording]) -> Recording:
         columns |= other.columns
         empty |= other.empty
     texts = frozenset().union(*(part.texts for part in parts))
+    words = {name: cells for part in parts for name, cells in part.words.items()}
     remarks = tuple(remark for part in parts for remark in part.remarks)
-    return Recording(" + ".join(part.source for part in parts), columns, empty, texts, remarks)
+    source = " + ".join(part.source for part in parts)
+    return Recording(source, columns, empty, texts, words, remarks)

@@ -83,12 +83,13 @@ def _read_parquet(path: Path) -> Recording:
         raise InputError(f"'{path}' has no data; expected named columns with rows.")
     columns: dict[str, Array] = {}
     empty: dict[str, Flags] = {}
-    texts = set()
+    texts: dict[str, list[str] | None] = {}
     for name in table.column_names:
         column = table.column(name)
         kind = column.type
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind)):
-            texts.add(name)
+            words = pa.types.is_string(kind) or pa.types.is_large_string(kind)
+            texts[name] = [cell or "" for cell in column.to_pylist()] if words else None
             continue
         blank = column.is_null().to_numpy()
         # Whole numbers above 2^53, such as ns since 1970, are rounded rather than refused.

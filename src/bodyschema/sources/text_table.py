@@ -63,16 +63,26 @@ def text_columns(path: Path) -> dict[str, tuple[str, ...]]:
 
 
 def of_numbers(
-    path: Path, columns: Mapping[str, Array], empty: Mapping[str, Flags], texts: Iterable[str]
+    path: Path,
+    columns: Mapping[str, Array],
+    empty: Mapping[str, Flags],
+    texts: Mapping[str, Sequence[str] | None],
 ) -> Recording:
     """The recording of a table, which has a column of numbers at least.
+
+    Args:
+        path: of the table.
+        columns: of numbers.
+        empty: which of their cells are.
+        texts: other columns, with their cells where these are texts.
 
     Raises:
         InputError: it has none.
     """
     if not columns:
         raise InputError(f"'{path}' has no column of numbers alone, only texts.")
-    return Recording(f"'{path.name}'", columns, empty, frozenset(texts))
+    words = {name: cells for name, cells in texts.items() if cells is not None}
+    return Recording(f"'{path.name}'", columns, empty, frozenset(texts), words)
 
 
 def refuse_repeated(header: Sequence[str], path: Path) -> None:
@@ -128,7 +138,8 @@ def _table(path: Path, cells_of: Mapping[str, Sequence[str]]) -> Recording:
     made = {name: values for name, values in columns.items() if values is not None}
     blank = {name: np.array([not cell.strip() for cell in cells_of[name]]) for name in made}
     empty = {name: flags for name, flags in blank.items() if flags.any()}
-    return of_numbers(path, made, empty, columns.keys() - made)
+    texts = {name: cells_of[name] for name in columns if name not in made}
+    return of_numbers(path, made, empty, texts)
 
 
 def _floats(cells: Sequence[str]) -> Array | None:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.senses.layouts import LAYOUTS, poses_from_columns
+from bodyschema.senses.layouts import LAYOUTS, ORDERS, poses_from_columns
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,9 @@ def columns(T: Array, layout: str) -> Array:
     if layout.startswith("matrix"):
         big = T.copy()
         big[:, :3, 3] = mm
+        if layout.endswith("_columns"):
+            count = int(layout[6])
+            return np.swapaxes(big[:, :count], 1, 2).reshape(-1, 4 * count)
         return big.reshape(-1, 16)[:, : LAYOUTS[layout][0]]
     parts = {
         "xyz_xyzw": R.as_quat(),
@@ -33,7 +36,14 @@ def columns(T: Array, layout: str) -> Array:
         "xyz_rpy": R.as_euler("xyz"),
         "xyz_rotvec": R.as_rotvec(),
     }
-    return np.hstack([mm, parts[layout]])
+    turned = parts[layout] if layout in parts else R.as_euler(layout.removeprefix("xyz_"))
+    return np.hstack([mm, turned])
+
+
+def test_orders_of_angles() -> None:
+    """Twelve of them, each about fixed and about moving axes."""
+    assert len(ORDERS) == len({*ORDERS}) == 24
+    assert {"xyz_zyz", "xyz_ZYX", "xyz_XYX"} < {*ORDERS}
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)

@@ -13,7 +13,8 @@ TABLE = Recording(
     "'a.csv'",
     {"marker": np.array([3.0, 4.0, 3.0, np.nan]), "my quality": np.array([0.1, 0.9, 0.9, 1.0])},
     {"marker": np.array([False, False, False, True])},
-    frozenset({"camera"}),
+    frozenset({"camera", "who", "when"}),
+    {"who": ("left", "right hand ", "left", "")},
 )
 
 
@@ -22,7 +23,8 @@ TABLE = Recording(
     [
         ("marker == 3", [0, 2]), ("marker!=3", [1]), ("my quality >= .9", [1, 2, 3]),
         ("marker == 3 and my quality > 5e-1", [2]), ("marker <= 3.0", [0, 2]),
-        ("my quality < 0.2", [0]),
+        ("my quality < 0.2", [0]), ("who == left", [0, 2]), ("who == 'right hand'", [1]),
+        ('who != "left" and marker > 1', [1]),
     ],
 )  # fmt: skip
 def test_rows(condition: str, rows: list[int]) -> None:
@@ -37,6 +39,9 @@ def test_rows(condition: str, rows: list[int]) -> None:
         ("marker == nan", "is no condition"),
         ("markr == 3", "no column 'markr' in 'a.csv'; did you mean 'marker'"),
         ("camera == 3", "'camera' of 'a.csv' does not hold numbers"),
+        ("who > left", "'who' of 'a.csv' holds texts, which are the same"),
+        ("who == lef", "no row of 'a.csv' fulfils"),
+        ("when == monday", "is no condition"),
         ("marker == 7", "no row of 'a.csv' fulfils where = 'marker == 7'"),
     ],
 )

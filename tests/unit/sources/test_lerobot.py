@@ -141,3 +141,9 @@ def test_broken_files(tmp_path):
         open_episode(folder)
     with pytest.raises(InputError, match="no LeRobot data set"):
         open_episode(tmp_path / "elsewhere")
+
+
+def test_rows_that_are_no_parquet_are_said(tmp_path):
+    write_info(tmp_path, VERSION_3, storage_format="lance")
+    with pytest.raises(InputError, match="stored as lance .*write it again as Parquet"):
+        open_episode(tmp_path)

@@ -234,7 +234,7 @@ def _distinct(A: Array, T: Array) -> tuple[Ints, Ints]:
 
 
 def _poses(values: ArrayLike, name: str) -> Array:
-    T = np.asarray(values, dtype=np.float64)
+    T = lie.matrices(values)
     if T.ndim != 3 or T.shape[1:] != (4, 4):
         raise InputError(f"{name} should have shape (n, 4, 4), it has {T.shape}.")
     bad = np.flatnonzero(~np.isfinite(T).all(axis=(1, 2)))

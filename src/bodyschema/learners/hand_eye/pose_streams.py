@@ -237,7 +237,7 @@ def usable(time: Array, at: Array) -> Ints:
 
 
 def _stream(time: ArrayLike, poses: ArrayLike, name: str) -> tuple[Array, Array]:
-    t, T = np.asarray(time, dtype=np.float64), np.asarray(poses, dtype=np.float64)
+    t, T = np.asarray(time, dtype=np.float64), lie.matrices(poses)
     if t.ndim != 1 or T.shape != (len(t), 4, 4):
         raise InputError(f"the {name}'s stream has times {t.shape} and poses {T.shape}.")
     if len(t) < FEWEST_JOINED:
