@@ -47,6 +47,7 @@ from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.judging.calibration import Calibration
 from bodyschema.judging.settled import settled
+from bodyschema.model.description import is_urdf
 from bodyschema.model.meshes import Packages
 from bodyschema.model.tree import Body
 from bodyschema.model.urdf import parse_urdf, urdf_text
@@ -70,9 +71,6 @@ UNSTORED = frozenset({"senses", "run", "visuals", "seconds", "sections", "files"
 """Fields that answer.json leaves out: the recording has them, run.json, and the
 description; and the time that it took."""
 
-TABLES = (".toml", ".json")
-"""Suffixes of DH tables and arrangements; any other description is a URDF or a xacro file."""
-
 
 def write_result(
     calibration: Calibration,
@@ -88,7 +86,7 @@ def write_result(
     Args:
         calibration: the answer.
         nominal: as described, without the frames that were attached.
-        source: the robot description: URDF, xacro or DH table; None if there is no file.
+        source: the robot description of any form; None if there is no file.
         folder: where; new, empty, or with `overwrite` an earlier result, which is replaced.
         run: what was asked. Paths under INPUT_KEYS are hashed.
         overwrite: replace what is in the folder.
@@ -168,7 +166,7 @@ def result_files(
     With `add_frames` robot.urdf has the frames that were estimated, too.
     """
     text = None
-    if source is not None and source.suffix not in TABLES:
+    if source is not None and is_urdf(source):
         text = urdf_text(source, packages, nominal.arguments)
     if text is not None and source is not None:
         # What the file says is what is patched, whatever was done to the body since.

@@ -1,9 +1,10 @@
-"""A plain URDF of a body that did not come from one: a DH table, a random chain.
+"""A plain URDF of a body that did not come from one: a table, an MJCF, several robots.
 
-Links, joints, origins, axes, limits and mimics; joint offsets are inside the origins. A body knows
-neither efforts nor velocities, which a URDF must state: they are written as zero, so that nothing
-moves until somebody fills them in. Where a URDF needs a limit and the body has none, UNLIMITED is
-written. Moving joints come first, in the order of the columns of q, which readers keep.
+Links with their visible shapes, joints, origins, axes, limits and mimics; joint offsets are inside
+the origins. A body knows neither efforts nor velocities, which a URDF must state: they are written
+as zero, so that nothing moves until somebody fills them in. Where a URDF needs a limit and the body
+has none, UNLIMITED is written. Moving joints come first, in the order of the columns of q, which
+readers keep.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from bodyschema import lie
 from bodyschema.export.joint_edit import clean
 from bodyschema.export.urdf_edits import baked_placements
 from bodyschema.model.kernels import FIXED, PRISMATIC
-from bodyschema.model.tree import Body
+from bodyschema.model.tree import Body, Visual
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,10 @@ def write_urdf(body: Body) -> bytes:
     robot = ET.Element("robot", name=body.name)
     robot.append(ET.Comment(REMARK))
     for frame in body.frames:
-        ET.SubElement(robot, "link", name=frame)
+        link = ET.SubElement(robot, "link", name=frame)
+        for visual in body.visuals:
+            if visual.frame == frame:
+                _add_visual(link, visual)
     placements = baked_placements(body)
     nodes = sorted(range(1, len(body.frames)), key=lambda k: _column(body, k))
     for k in nodes:
@@ -75,6 +79,20 @@ def _add_joint(robot: ET.Element, body: Body, k: int, T_parent_joint: Array) -> 
         leader = body.joints[body.driver[k]]
         rate, shift = _text([body.rate[k]]), _text([body.shift[k]])
         ET.SubElement(joint, "mimic", joint=leader, multiplier=rate, offset=shift)
+
+
+def _add_visual(link: ET.Element, visual: Visual) -> None:
+    element = ET.SubElement(link, "visual")
+    T, sizes = visual.placement, [_text([size]) for size in visual.size]
+    rpy = lie.rpy_from_rotation(T[:3, :3])
+    ET.SubElement(element, "origin", xyz=_text(T[:3, 3]), rpy=_text(rpy))
+    keys = {
+        "mesh": {"filename": visual.mesh, "scale": " ".join(sizes)},
+        "box": {"size": " ".join(sizes)},
+        "cylinder": dict(zip(("radius", "length"), sizes, strict=False)),
+        "sphere": {"radius": sizes[0]},
+    }
+    ET.SubElement(ET.SubElement(element, "geometry"), visual.shape, keys[visual.shape])
 
 
 def _limits(body: Body, k: int) -> tuple[float, float]:

@@ -102,15 +102,48 @@ class Body:
         """Read a URDF or xacro file; see `bodyschema.model.urdf.read_urdf`.
 
         Args:
-            path: the file.
+            path: the file, or the text of a URDF itself, as /robot_description holds it.
             packages: folder of each ROS package that it names.
             arguments: of a xacro file, by name.
         """
-        from bodyschema.model.urdf import read_urdf
+        from bodyschema.model.urdf import body_of_text, is_text, read_urdf
 
+        if is_text(path):
+            return body_of_text(str(path), packages or {})
         given = {name: str(value) for name, value in (arguments or {}).items()}
         body = read_urdf(Path(path), packages or {}, given)
         return replace(body, source=str(Path(path).resolve()), arguments=given)
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | Path,
+        packages: Mapping[str, str | Path] | None = None,
+        arguments: Mapping[str, Any] | None = None,
+    ) -> Body:
+        """Read a description of any form: URDF, xacro, MJCF, or a table.
+
+        Tables are those of Denavit and Hartenberg, of screw axes, or of several robots; see
+        `bodyschema.model.description`.
+        """
+        from bodyschema.model.description import read_description
+
+        given = {name: str(value) for name, value in (arguments or {}).items()}
+        return read_description(Path(path), packages, given)
+
+    @classmethod
+    def from_mjcf(cls, path: str | Path) -> Body:
+        """Read an MJCF, MuJoCo's own XML; see `bodyschema.model.mjcf.read_mjcf`."""
+        from bodyschema.model.mjcf import read_mjcf
+
+        return replace(read_mjcf(Path(path)), source=str(Path(path).resolve()))
+
+    @classmethod
+    def from_screws(cls, path: str | Path) -> Body:
+        """Read a table of screw axes; see `bodyschema.model.screws.read_screws`."""
+        from bodyschema.model.screws import read_screws
+
+        return replace(read_screws(Path(path)), source=str(Path(path).resolve()))
 
     @classmethod
     def from_dh(cls, path: str | Path) -> Body:
@@ -234,6 +267,21 @@ class Body:
             shift=np.append(self.shift, 0.0),
         )
 
+    def joined(
+        self, other: Body, parent: str, T_parent_root: ArrayLike | None = None, prefix: str = ""
+    ) -> Body:
+        """One body of two: the other's root is fixed to a frame; see `bodyschema.model.assembly`.
+
+        Args:
+            other: the second robot.
+            parent: frame of this one.
+            T_parent_root: (4, 4) m, of the other's root; identity when None.
+            prefix: before the names of the other's frames and joints.
+        """
+        from bodyschema.model.assembly import joined
+
+        return joined(self, other, parent, T_parent_root, prefix)
+
     def with_placement(self, frame: str, T_parent_joint: ArrayLike) -> Body:
         """A body with another placement of one frame, (4, 4)."""
         placement = self.placement.copy()
@@ -292,7 +340,7 @@ class Body:
 
 
 def _rigid(T_a_b: ArrayLike) -> Array:
-    T = np.asarray(T_a_b, dtype=np.float64)
+    T = lie.matrices(T_a_b)
     if T.shape != (4, 4) or not np.isfinite(T).all():
         raise InputError(f"expected a 4x4 transform, got an array {T.shape}:\n{T}")
     return T

@@ -55,11 +55,29 @@ def read_urdf(path: Path, packages: Packages, arguments: Mapping[str, str] | Non
     return parse_urdf(urdf_text(path, packages, arguments), path, packages)
 
 
+def is_text(description: object) -> bool:
+    """Whether this is the text of a URDF and not the name of a file."""
+    return isinstance(description, str) and "<robot" in description
+
+
+def body_of_text(text: str, packages: Packages) -> Body:
+    """The body of a URDF that is no file, such as what /robot_description holds.
+
+    Words before it, such as "String value is:" of `ros2 param get`, are passed over.
+
+    Raises:
+        InputError: it is no URDF, or describes no tree.
+    """
+    return parse_urdf(text[text.index("<") :].encode(), Path("robot_description"), packages)
+
+
 def urdf_text(path: Path, packages: Packages, arguments: Mapping[str, str] | None = None) -> bytes:
     """The URDF as bytes, xacro expanded with its arguments."""
     text = file_bytes(path, f"no robot description at '{path}'; give the path of a URDF file.")
     if path.suffix != ".xacro":
-        return text
+        # Saved from `ros2 param get`, it begins with words.
+        said = text.find(b"<")
+        return text[said:] if text[: max(said, 0)].rstrip().endswith(b":") else text
     return expanded(path, packages, arguments or {})
 
 
@@ -70,7 +88,8 @@ def parse_urdf(text: bytes, path: Path, packages: Packages) -> Body:
     except (expat.ExpatError, LookupError, ValueError) as error:  # the XML, or its encoding
         raise InputError(f"'{path}' is not well-formed XML: {error}.") from None
     if robot.tag != "robot":
-        raise InputError(f"'{path}' is no URDF: its root is <{robot.tag}>, expected <robot>.")
+        hint = " Body.from_mjcf reads it." if robot.tag == "mujoco" else ""
+        raise InputError(f"'{path}' is no URDF: its root is <{robot.tag}>, expected <robot>.{hint}")
     joints, links = _by_name(robot, "joint", path), list(_by_name(robot, "link", path))
     if len(links) > MOST_LINKS:
         raise InputError(f"'{path}' has {len(links)} links; at most {MOST_LINKS} are read.")

@@ -6,10 +6,11 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-from bodyschema.export.result_folder import TABLES, body_to_write
+from bodyschema.export.result_folder import body_to_write
 from bodyschema.export.static_transforms import transforms_document
 from bodyschema.export.urdf_edits import unwritable, urdf_edits
 from bodyschema.judging.settled import settled
+from bodyschema.model.description import is_urdf
 from bodyschema.report.evidence import Evidence
 from bodyschema.report.page import render
 from bodyschema.units import read_as
@@ -34,7 +35,7 @@ class Application:
             edits=sorted(urdf_edits(nominal, body)),
             source=source,
             diff=shlex.join(["diff", source, "robot.urdf"]),
-            table=Path(source).suffix in TABLES,
+            table=not is_urdf(Path(source)),
             offsets=self._offsets(),
             transforms=transforms_document(calibration, nominal)["transforms"],
         )

@@ -188,3 +188,81 @@ def test_bad_json_is_refused(tmp_path: Path, text: str) -> None:
 def test_a_missing_table_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no DH table at .*give the path of a TOML or JSON file"):
         Body.from_dh(tmp_path / "none.toml")
+
+
+TREE = """
+name = "two arms"
+convention = "{convention}"
+unit = "mm"
+angle_unit = "deg"
+[[joint]]
+name = "waist"
+a = 100.0
+alpha = 90.0
+d = 400.0
+theta = 30.0
+[[joint]]
+name = "left_1"
+parent = "waist"
+xyz = [0.0, 200.0, 0.0]
+rpy = [0.0, 0.0, 45.0]
+a = 300.0
+alpha = -30.0
+[[joint]]
+name = "left_2"
+type = "prismatic"
+limits = [0.0, 250.0]
+alpha = 10.0
+tool = [0.0, 0.0, 50.0]
+[[joint]]
+name = "right_mount"
+type = "fixed"
+parent = "link_1"
+d = -200.0
+alpha = 90.0
+[[joint]]
+name = "right_1"
+a = 250.0
+limits = [-90.0, 90.0]
+"""
+
+
+@pytest.mark.parametrize("convention", ["standard", "modified"])
+def test_a_tree_equals_the_product_along_each_arm(tmp_path: Path, convention: str) -> None:
+    path = tmp_path / "tree.toml"
+    path.write_text(TREE.format(convention=convention))
+    body = Body.from_dh(path)
+    assert body.joints == ("waist", "left_1", "left_2", "right_1")
+    assert body.upper[2:].tolist() == pytest.approx([0.25, np.pi / 2])
+    a, deg = 0.001, np.pi / 180
+    waist = DHRow("waist", 0.1, 90 * deg, 0.4, 30 * deg)
+    left = [DHRow("l1", 300 * a, -30 * deg), DHRow("l2", alpha=10 * deg, type="prismatic")]
+    right = [DHRow("m", 0, 90 * deg, -0.2, 0), DHRow("r1", 0.25)]
+    mount = lie.transform(lie.rotation_from_rpy([0, 0, 45 * deg]), [0, 0.2, 0])
+    for q in np.random.default_rng(2).uniform(-1, 1, (5, 4)):
+        T = product([waist], convention, q[:1])
+        hand = T @ mount @ product(left, convention, q[1:3]) @ shift("z", 0.05)
+        other = T @ product(right, convention, [0.0, q[3]])
+        found = relative_pose(body, q, "base", "flange_left_2")
+        assert np.abs(found - hand).max() < 1e-15
+        found = relative_pose(body, q, "base", "flange_right_1")
+        assert np.abs(found - other).max() < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (ROW + '[[joint]]\nparent = "two"', "hangs on 'two', which is no joint or frame above it"),
+        (ROW + '[[joint]]\nparent = "joint_2"', "'joint_2' hangs on 'joint_2'"),
+        ("tool = [0, 0, 1]\n" + ROW + '[[joint]]\nparent = "base"', "2 arms and one tool"),
+        (ROW + "tool = [0, 0, 1]\n[[joint]]\n", "'one' has a tool, but others hang on it"),
+        (ROW + "tool = 3", "tool of joint 'one' should be 3 numbers"),
+        (ROW + "rpy = 3", "rpy of joint 'one' should be 3 numbers"),
+        ('unit = "feet"\n' + ROW, "unknown unit 'feet'"),
+    ],
+)
+def test_bad_trees_say_what_to_do(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "table.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        Body.from_dh(path)

@@ -16,12 +16,21 @@ def read_robot(
     packages: Mapping[str, str] | None = None,
     arguments: Mapping[str, str] | None = None,
 ) -> Body:
-    """A URDF or xacro file with its packages and arguments, or a DH table in TOML or JSON."""
-    from bodyschema.model.tree import Body
+    """A description of any form, or the one that was recorded, `run.mcap#/robot_description`.
 
-    if path.suffix in (".toml", ".json"):
-        return Body.from_dh(path)
-    return Body.from_urdf(path, packages, arguments)
+    Args:
+        path: of a file, or of a topic of a bag.
+        packages: folder of each ROS package that it names.
+        arguments: of a xacro file, by name.
+    """
+    from bodyschema.model.tree import Body
+    from bodyschema.sources.bags import MARK, is_bag
+
+    if MARK in str(path) and is_bag(path):
+        from bodyschema.sources.bag_text import bag_text
+
+        return Body.from_urdf(bag_text(path), packages)
+    return Body.from_file(path, packages, arguments)
 
 
 def robot_of(run: RunFile, path: Path | None = None) -> Body:
