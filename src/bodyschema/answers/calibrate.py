@@ -17,6 +17,7 @@ import numpy as np
 from bodyschema.answers.answer import Answer
 from bodyschema.answers.board_size import wrong_sizes
 from bodyschema.answers.lookout import Lookout, far_zeros, with_zeros
+from bodyschema.answers.rolling_shutter import rolling_shutters
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.estimation.problem import Knowledge, Problem, check_problem, moved_joints
 from bodyschema.judging.calibration import Calibration
@@ -108,6 +109,7 @@ def calibrate(
         found = judge(searched) if searched.zeros else found
     nominal = replace(described or body, remarks=body.remarks)
     told = (*found.findings, *far_zeros(found), *wrong_sizes(found))
+    told += rolling_shutters(found.fit, problem.senses)
     answer = Answer.of(found, problem.senses, nominal, run, learner=learner, findings=told)
     return answer.believed(look.trust(found, problem.senses))
 
