@@ -13,7 +13,17 @@ from bodyschema.sources.clip import episode_clip
 from bodyschema.sources.joint_track import joint_track
 from bodyschema.sources.lerobot import is_lerobot, open_episode
 from bodyschema.sources.video import Video
-from lerobot_folder import CAMERA, FPS, FRAMES, VERSION_2, states, version_2, version_3, write_info
+from lerobot_folder import (
+    CAMERA,
+    FPS,
+    FRAMES,
+    VERSION_2,
+    VERSION_3,
+    states,
+    version_2,
+    version_3,
+    write_info,
+)
 
 both_layouts = pytest.mark.parametrize("layout", [version_2, version_3])
 
@@ -145,5 +155,5 @@ def test_broken_files(tmp_path):
 
 def test_rows_that_are_no_parquet_are_said(tmp_path):
     write_info(tmp_path, VERSION_3, storage_format="lance")
-    with pytest.raises(InputError, match="stored as lance .*write it again as Parquet"):
+    with pytest.raises(InputError, match=r"stored as lance .*write it again as Parquet"):
         open_episode(tmp_path)
