@@ -1,7 +1,8 @@
 """The answer of the published filter of Vicente, Jamone, Bernardino 2016 on a recording.
 
-What is stated as spread is that of the last particles: the paper has no error bar, so the answer is
-never better than "limited". What the filter presumes is said with it.
+The paper has no error bar: what is stated is the spread of the last particles, widened by what was
+measured on the paper's own movements, and the answer is never better than "limited". What the
+filter presumes is said with it.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from bodyschema.estimation.identifiability import SAYS_LITTLE, Identifiability
 from bodyschema.estimation.prediction import predict_error
 from bodyschema.judging.calibration import Calibration
 from bodyschema.learners.images.hand_track import hand_pose
-from bodyschema.learners.images.recorded_filter import Filtered
+from bodyschema.learners.images.recorded_filter import NARROW, Filtered
 from bodyschema.learners.published.image_likelihood import EDGES, EdgeLikelihood
 from bodyschema.model.tree import Body
 from bodyschema.report.tracking.evidence import OverlayPicture
@@ -151,10 +152,11 @@ def _trust(found: Filtered) -> Trust:
     return Trust(
         "limited",
         (
-            "The published filter has no error bar; the spread of its particles is stated. In the "
-            f"last {min(LAST, len(found.infos))} moments they weighed alike to {size:.1f} % "
-            "(effective size over their number), so that spread is mostly the filter's own noise; "
-            "compare with `bodyschema track` without --method.",
+            "The published filter has no error bar. What is stated is the spread of its particles, "
+            f"{NARROW:g} times as wide, as that was too narrow by so much on the paper's own "
+            f"movements; in the last {min(LAST, len(found.infos))} moments they weighed alike to "
+            f"{size:.1f} % (effective size over their number). Compare with `bodyschema track` "
+            "without --method.",
         ),
     )
 

@@ -25,6 +25,7 @@ MANY = 2000
 """Particles of the second case."""
 SETTLED = 20
 """Frames at the end whose median a run has settled at."""
+UNITS = ("position_mm", "orientation_deg")
 PAPER_SECONDS = {200: 0.8, MANY: 7.5}
 """A frame, section 5.1.2."""
 
@@ -70,14 +71,15 @@ class Figure10(Table1):
         frame from which on none is twice as large; and clocks."""
         errors = np.array(trace["estimation"])[: self.frames]
         middle = np.median(errors[-SETTLED:], axis=0)
+        settled = [
+            int(np.max(np.flatnonzero(errors[:, i] > 2 * middle[i]), initial=-1)) + 1
+            for i in range(2)
+        ]
         return {
-            "without_adaptation": trace["without"][self.frames - 1],
-            "end": errors[-1].tolist(),
-            "last_frames_median": middle.tolist(),
-            "settled_after": [
-                int(np.max(np.flatnonzero(errors[:, i] > 2 * middle[i]), initial=-1)) + 1
-                for i in range(2)
-            ],
+            "without_adaptation": _named(trace["without"][self.frames - 1]),
+            "end": _named(errors[-1].tolist()),
+            "last_frames_median": _named(middle.tolist()),
+            "settled_after": _named(settled),
             "seconds_per_frame": trace["seconds"] / len(trace["sizes"]),
             "ess_last": float(np.mean(trace["sizes"][self.frames - 1])),
         }
@@ -120,10 +122,15 @@ class Figure10(Table1):
         return figure
 
 
+def _named(pair: Sequence[float]) -> Result:
+    """Of position and orientation."""
+    return dict(zip(UNITS, pair, strict=True))
+
+
 def _cells(case: Mapping[str, Any]) -> list[str]:
     errors = [
-        f"{case[key][i]:.2f}"
-        for i in range(2)
+        f"{case[key][unit]:.2f}"
+        for unit in UNITS
         for key in ("without_adaptation", "end", "last_frames_median")
     ]
     return [*errors, f"{case['seconds_per_frame']:.3f}"]

@@ -16,9 +16,10 @@ from bodyschema.simulation.seeing_icub import SeeingIcub
 from bodyschema.studies.hand_methods import METHODS
 from bodyschema.studies.meeting_hands import both_offsets
 from bodyschema.studies.runner import run_study, settings_of
+from bodyschema.studies.vicente2016_figure6 import Figure6, Figure7, Figure8
 from bodyschema.studies.vicente2016_figure10 import MANY, Figure10
 from bodyschema.studies.vicente2016_figure12 import Figure12, Figure13, _seen
-from bodyschema.studies.vicente2016_table1 import Figure6, Figure7, Figure8, Table1
+from bodyschema.studies.vicente2016_table1 import Table1
 from bodyschema.studies.vicente2016_table2 import Figure9, Table2
 from bodyschema.studies.watched_hand import believed
 
@@ -35,7 +36,11 @@ def test_figures_of_one_run_find_its_tasks_finished(tmp_path, monkeypatch, capsy
         assert RunStudy(kind(**SHORT), workers=1, out=folder, json=True).run() == 0
     assert done == ["run 0", f"run 0, {MANY} particles"]
     printed = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    courses = [printed[k].pop("course") for k in (1, 2, 3)]
     assert printed[0] == printed[1] == printed[3]
+    assert courses[0]["4_quarters"] == printed[0]["estimation"]
+    assert courses[1]["last"] == printed[0]["reaching"]
+    assert courses[2]["last"] != courses[1]["last"]
     assert json.loads((folder / "summary.json").read_text()) == printed[0]
     assert json.loads((folder / "figure10.json").read_text()) == printed[4]
     names = {path.name for path in folder.iterdir()}
@@ -62,6 +67,19 @@ def test_the_first_frames_teach_the_filter_and_the_last_do_not():
     assert found["ess_first"] < 0.97
     assert found["ess_last"] > 0.95
     assert found["mismatched"]["without_adaptation"]["position_mm"]["mean"] > 36.9
+
+
+def test_figure_10_with_many_particles_and_with_few():
+    """The first movement, 15 frames: both see the same hand, 36.9 mm off, and both bring it nearer
+    than 12 mm; the many need several times as long."""
+    study = Figure10(runs=1, frames=15, closed_frames=1)
+    found = study.summary(run_study(study, 1))["particles"]
+    few, many = found["200"], found[str(MANY)]
+    assert few["without_adaptation"] == many["without_adaptation"]
+    assert many["without_adaptation"]["position_mm"] == pytest.approx(36.9, abs=0.1)
+    assert many["without_adaptation"]["orientation_deg"] == pytest.approx(11.7, abs=0.1)
+    assert max(few["end"]["position_mm"], many["end"]["position_mm"]) < 12
+    assert many["seconds_per_frame"] > 2 * few["seconds_per_frame"]
 
 
 def test_edges_of_a_cluttered_room_tell_the_filter_nothing():
