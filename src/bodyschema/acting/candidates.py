@@ -4,10 +4,11 @@ Half of the proposals are uniform over the joint ranges, the other half are reco
 a little or a lot (by 1 % to 50 % of the range): where a camera must keep the hand in view, few
 uniform postures would pass. Joints that are not between the frames of the senses stand still.
 
-The view is not modelled, since nobody described the camera. What is known is where things were
-seen: a posture is in view of a sense when the seen frame would lie, in the frame that looks, within
-a slightly grown ellipsoid round its recorded places, and would be looked at from within a slightly
-grown cone of the recorded directions (a flat marker has a face).
+Where a board is photographed it has to stay in the picture (`board_view`). No other view is
+modelled, since nobody described the camera. What is known is where things were seen: a posture is
+in view of a sense when the seen frame would lie, in the frame that looks, within a slightly grown
+ellipsoid round its recorded places, and would be looked at from within a slightly grown cone of the
+recorded directions (a flat marker has a face).
 """
 
 from __future__ import annotations
@@ -18,12 +19,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bodyschema.acting.board_view import BoardView
 from bodyschema.errors import InputError
 from bodyschema.estimation.problem import moved_joints
 from bodyschema.model.kernels import PRISMATIC
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.model.limits import contradicted_limits
 from bodyschema.model.tree import Body
+from bodyschema.senses.pixels import Pixels
 from bodyschema.senses.sense import Sense
 
 Array = NDArray[np.float64]
@@ -114,6 +117,12 @@ def _looked_at_from(T_a_b: Array) -> Array:
     return np.asarray(towards / np.maximum(np.linalg.norm(towards, axis=1), 1e-12)[:, None])
 
 
+def view_of(body: Body, sense: Sense) -> View | BoardView | None:
+    """What a sense can see, as far as its recording tells; None where nothing was recorded."""
+    board = BoardView.of(body, sense) if isinstance(sense, Pixels) else None
+    return board or View.of(body, sense)
+
+
 def find_candidates(
     body: Body,
     senses: Sequence[Sense],
@@ -140,7 +149,7 @@ def find_candidates(
     recorded = np.concatenate([sense.q for sense in senses])
     low, high = joint_ranges(body, recorded)
     rest = np.median(recorded, axis=0) if len(recorded) else np.clip(0.0, low, high)
-    views = [None if anywhere else View.of(body, sense) for sense in senses]
+    views = [None if anywhere else view_of(body, sense) for sense in senses]
 
     def propose(count: int, near: bool) -> Array:
         q = np.tile(rest, (count, 1))

@@ -76,7 +76,7 @@ def expected_jacobians(
     """
     blocks = []
     for sense, seen in zip(senses, visible.T, strict=True):
-        ideal = sense.imagined(estimate.body, q)
+        ideal = sense.pictured(estimate.body, q)
         part = whiten(ideal, estimate.reference, estimate.variables, estimate.x)
         scale = np.sqrt(fisher_share(FREEDOM, part.residual.shape[1]))
         root = scale / level_rows(sense, noise_levels(estimate, sense))

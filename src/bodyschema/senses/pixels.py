@@ -12,7 +12,7 @@ printed too large. The corners of one picture are samples that share time and ro
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -30,6 +30,9 @@ Array = NDArray[np.float64]
 DEFAULT_STD = 0.3
 """px in each direction, where the user states no noise: corners found to a fraction of a pixel."""
 
+PICTURED = 12
+"""Corners of a picture that is only imagined: more say the same again, and cost memory."""
+
 
 @dataclass(frozen=True)
 class Pixels(Sense):
@@ -41,6 +44,8 @@ class Pixels(Sense):
     """The body's part of kind "lens"."""
     scale: str = field(default="", kw_only=True)
     """The body's part that scales the target; "" where its coordinates are right."""
+    size: tuple[int, int] = field(default=(0, 0), kw_only=True)
+    """Width and height of the pictures, px; zeros where nobody said."""
 
     measures = (("image", "px", 2),)
 
@@ -78,7 +83,7 @@ class Pixels(Sense):
             std: noise of each coordinate, px.
             time: (n,) s, the same for the points of one picture; 0, 1, 2, ... when None.
             rows: (n,) row numbers, likewise; 0, 1, 2, ... when None.
-            more: `stated`, `clock`, `rate`.
+            more: `stated`, `clock`, `rate`, `size`.
         """
         found = np.atleast_2d(np.asarray(image, dtype=np.float64))
         points = each(target, len(found))
@@ -110,6 +115,17 @@ class Pixels(Sense):
         """Where the points would be seen, (n, 2) px; `model.lens.UNSEEN` out of the view."""
         return pixels(self.lens_of(body), carried_position(body, self, self.points(body)))
 
+    def pictured(self, body: Body, q: ArrayLike) -> Self:
+        """See `Sense.pictured`: all corners of a board, or PICTURED of them that lie far apart."""
+        corners = _apart(np.unique(self.target, axis=0))
+        if len(corners) < 2:
+            return self.imagined(body, q)
+        postures = np.asarray(q, dtype=np.float64)
+        each = np.repeat(np.arange(len(postures)), len(corners))
+        there = replace(self.imagined(body, postures[each]), rows=each, time=each.astype(float))
+        there = replace(there, target=np.tile(corners, (len(postures), 1)))
+        return replace(there, observed=there.predict(body))
+
     def linearize(self, reference: Body, variables: Variables, x: Array) -> Linearized:
         """See `Sense.linearize`."""
         body = reference.with_variables(variables, x)
@@ -124,3 +140,15 @@ class Pixels(Sense):
             by_parameter[:, :, columns] -= by_point @ by_scale[:, :, None]
         linear = Linearized(self.observed - image, by_parameter, -by_point @ place.by_joint)
         return self.late(linear, variables)
+
+
+def _apart(corners: Array) -> Array:
+    """PICTURED corners of many, each the one that is farthest from those before it."""
+    if len(corners) <= PICTURED:
+        return corners
+    chosen = [0]
+    distance = np.linalg.norm(corners - corners[0], axis=1)
+    while len(chosen) < PICTURED:
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(corners - corners[chosen[-1]], axis=1))
+    return np.asarray(corners[chosen])

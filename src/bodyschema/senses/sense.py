@@ -214,6 +214,13 @@ class Sense:
         there = replace(blank, time=count.astype(np.float64), q=postures, rows=count, rate=still)
         return replace(there, observed=there.predict(body))
 
+    def pictured(self, body: Body, q: ArrayLike) -> Self:
+        """The same with all that one posture shows: of a board every corner, not one in turn.
+
+        Rows count the postures from 0; kinds that see one thing a posture have nothing to add.
+        """
+        return self.imagined(body, q)
+
     def start(self, body: Body, unknown: Collection[str]) -> Body | None:
         """The body with those of the unknown frames placed that this sense ends in.
 

@@ -65,7 +65,12 @@ def board(entry: SenseEntry, at: Moments) -> Sense:
     ids = np.concatenate([one.ids for one in corners] or [np.zeros(0, np.int64)])
     image = np.concatenate([one.image for one in corners] or [np.zeros((0, 2))])
     each = np.repeat(rows, counts)
-    more = {"target": target.corners[ids], "scale": entry.scale, **at.more(entry, each, [1.0])}
+    more = {
+        "target": target.corners[ids],
+        "scale": entry.scale,
+        "size": size,
+        **at.more(entry, each, [1.0]),
+    }
     return Pixels.make(at.q[each], image, entry.seen_from, entry.seen, entry.lens, **more)
 
 

@@ -35,7 +35,9 @@ def pixels(entry: SenseEntry, at: Moments) -> Sense:
         image, rows = np.concatenate([values for values, _ in parts])[order], rows[order]
         points = target[corner[order]]
     ends = entry.seen_from, entry.seen, entry.lens
+    size = at.parts[entry.lens].size if entry.lens in at.parts else ()
     more = {"target": points, "scale": entry.scale, **at.more(entry, rows, [1.0])}
+    more |= {"size": (size[0], size[1])} if len(size) == 2 else {}
     return Pixels.make(at.q[rows], image, *ends, **more)
 
 
