@@ -20,6 +20,7 @@ for _name in ("table2", "figure9"):
     QUICK["vicente2016", _name] = {"frames": 3, "closed_frames": 1}
 QUICK["vicente2016", "generalisation"] = {"frames": 3}
 QUICK["nabeshima", "corners"] = {"waggle": 1.0, "seconds": 1.0}
+QUICK["nabeshima", "rendered"] = {"seconds": 1.0}
 QUICK["nabeshima", "find-body"] = {"motions": 1}
 QUICK["nabeshima", "figure5"] = {"motions": 1}
 """Settings of studies whose one run takes long."""

@@ -77,6 +77,7 @@ class StereoFilm:
         spec = robot.spec
         patterns = [material.name for material in spec.materials]
         stage.add_room(spec, mujoco, robot.T_world_cam, robot.far, patterns, rng)
+        self._furnish(spec, patterns)
         _add_right_eye(spec, self.stereo)
         self._model: Any = spec.compile()
         self._data: Any = mujoco.MjData(self._model)
@@ -84,6 +85,9 @@ class StereoFilm:
         hand = [self._model.body(name).id for name in LINKS]
         self._hand = np.flatnonzero(np.isin(self._model.geom_bodyid, hand))
         self._renderer: Any = None
+
+    def _furnish(self, spec: Any, patterns: Sequence[str]) -> None:
+        """What else is in the scene, for films that have more."""
 
     def waggle(self, seconds: float) -> Iterator[StereoMoment]:
         """Only the wrist moves, to and fro about home once a second: what moves is the hand."""
@@ -95,20 +99,27 @@ class StereoFilm:
     def swings(self, seconds: float) -> Iterator[StereoMoment]:
         """Sums of two slow sines a joint, from home."""
         time = np.arange(int(seconds * RATE)) / RATE
+        return self._moments(time, self._swings(time))
+
+    def _swings(self, time: Array) -> Array:
+        """(n, 5) rad at times (n,)."""
         rate = self._rng.uniform(0.08, 0.3, (2, 5))
         begin = np.minimum(time / 2, 1)[:, None]
         swing = sum(np.sin(2 * np.pi * time[:, None] * f) for f in rate)
-        return self._moments(time, self.home + begin * REACH * swing / 2)
+        return np.asarray(self.home + begin * REACH * swing / 2)
 
     def _moments(self, time: Array, q: Array) -> Iterator[StereoMoment]:
         poses = relative_pose(katana.katana(), q, "base", LINKS[-1])
         for t, posture, pose in zip(time, q, poses, strict=True):
-            self._data.qpos[self._columns] = posture
-            self._mujoco.mj_kinematics(self._model, self._data)
-            self._mujoco.mj_comPos(self._model, self._data)
-            self._mujoco.mj_camlight(self._model, self._data)
-            left, right = self._picture(CAMERA), self._picture(RIGHT)
-            yield StereoMoment(float(t), posture, pose, left, right)
+            yield self._moment(float(t), posture, pose)
+
+    def _moment(self, time: float, posture: Array, pose: Array) -> StereoMoment:
+        """Both pictures of one posture, with the hand's pose (4, 4)."""
+        self._data.qpos[self._columns] = posture
+        self._mujoco.mj_kinematics(self._model, self._data)
+        self._mujoco.mj_comPos(self._model, self._data)
+        self._mujoco.mj_camlight(self._model, self._data)
+        return StereoMoment(time, posture, pose, self._picture(CAMERA), self._picture(RIGHT))
 
     def hand(self) -> NDArray[np.bool_]:
         """(480, 640) pixels of the left image that truly show the hand at this moment."""

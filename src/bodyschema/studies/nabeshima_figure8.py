@@ -85,7 +85,7 @@ class Figure8(ReadingSettings):
         for found in summary["readings"].values():
             own = "{ssd:g}, x{speed:g}".format_map(found["premises"])
             for method, label in (("faithful", own), ("better", "  ours")):
-                table.append([label, *_course(found[method])])
+                table.append([label, *course_of(found[method])])
         notes = [
             f"Seconds, median of {self.runs} experiments; the rod is moved at {ROD:.0f} s, the "
             f"head at {HEAD:.0f} s. Nothing is rendered or tracked: the paper spent 27 s to find "
@@ -112,7 +112,7 @@ class Figure8(ReadingSettings):
         figure = Figure(figsize=(9, 1.5 + 0.16 * len(lines)), layout="constrained")
         axes = figure.subplots()
         for row, (_, events) in enumerate(lines):
-            bars = [(begin, end - begin) for begin, end in _observed(events)]
+            bars = [(begin, end - begin) for begin, end in observed(events)]
             axes.broken_barh(bars, (row - 0.35, 0.7), color="tab:green")
         for moment in (ROD, HEAD):
             axes.axvline(moment, color="0.3", lw=0.8, ls=":")
@@ -123,7 +123,7 @@ class Figure8(ReadingSettings):
         return figure
 
 
-def _observed(events: Sequence[Sequence[Any]]) -> list[tuple[float, float]]:
+def observed(events: Sequence[Sequence[Any]]) -> list[tuple[float, float]]:
     """Stretches in which the body was taken for known."""
     found, since = [], None
     for t, kind, _ in events:
@@ -135,7 +135,7 @@ def _observed(events: Sequence[Sequence[Any]]) -> list[tuple[float, float]]:
     return [*found, (since, SECONDS)] if since is not None else found
 
 
-def _course(found: Mapping[str, Any]) -> list[str]:
+def course_of(found: Mapping[str, Any]) -> list[str]:
     """Seconds of the five events; known again counts from the alarm."""
     cells = [_at(found["first_known_s"])]
     for block, begin in (("tool", ROD), ("camera", HEAD)):

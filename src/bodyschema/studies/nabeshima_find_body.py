@@ -2,11 +2,11 @@
 
 The paper shows pictures of one robot (Fig. 3-5). Here two robots in MuJoCo move before cameras that
 nobody has calibrated, and every cell's truth is known. The published detector and ours see the same
-films: with things that move all the time in every scene, and by turns without any, or with arms
+films: with things that move all the time in every scene, and in some without any, or with arms
 that repeat the robot's motion half a second to a second later. As in the paper the robot makes each
 motion again, the confirming motion; the harder case is the same motion before it is confirmed.
-Ours needs none and sees films without it, too. Beside them: a head that moves while it looks, a
-sleeve that is put on, and a rod that is taken and let go.
+Ours needs none; by turns it also sees a film without, a head that moves while it looks, a sleeve
+that is put on, or a rod that is taken and let go.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ ROBOTS = ("arm", "humanoid")
 ALWAYS = "always"
 """What moves by itself in every scene."""
 DISTRACTORS = ("none", ALWAYS, "lagged")
-TURNS = (None, "lagged", "none")
-"""What else each third pair of scenes is filmed with, confirmed."""
-EXTRAS = ("head", "sleeve", "rod")
-"""What else happens: a head that moves, a sleeve that is put on, a rod that is taken and let go."""
+TURNS = ("", "lagged", "", "none", "")
+"""What else is filmed, confirmed, pair of scenes by pair."""
+ALONE = (ALWAYS, "head", "sleeve", "rod")
+"""And without confirming motions: the same scene, one whose head moves, things that are carried."""
 NOTED = (1, 2, 3, 5, 8, 11, 15)
 """Numbers of motions after which the answer is scored."""
 REPORTED = (1, 5, 15)
@@ -77,14 +77,14 @@ class FindBody:
     """Of the motions that must find a cell, in the columns of the paper's blend (Fig. 5)."""
 
     def tasks(self) -> Sequence[Task]:
-        """A film each: always confirmed, always, one of the extras, by turns another confirmed."""
+        """A film each: confirmed, one without by turns, in some scenes another confirmed."""
         found = []
         for run in range(self.runs):
             pair = run // 2
-            robot, extra, other = ROBOTS[run % 2], EXTRAS[pair % 3], TURNS[pair % 3]
-            kinds = [f"confirmed {kind}" for kind in (ALWAYS, other) if kind]
-            for kind in (*kinds, ALWAYS, extra):
-                settings = {"run": run, "robot": robot, "kind": kind}
+            others = (ALWAYS, TURNS[pair % len(TURNS)])
+            kinds = [f"confirmed {kind}" for kind in others if kind]
+            for kind in (*kinds, ALONE[pair % len(ALONE)]):
+                settings = {"run": run, "robot": ROBOTS[run % 2], "kind": kind}
                 found.append(Task(f"run {run} {kind}", settings))
         return found
 
