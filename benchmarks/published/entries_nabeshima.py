@@ -30,11 +30,11 @@ def nabeshima() -> Iterable[Entry]:
 
 def _entry(
     figure: str, small: Mapping[str, Any], full: Mapping[str, Any], told: Mapping[str, Told],
-    keys: Iterable[str] = (), least: Mapping[str, float] | None = None,
+    keys: Iterable[str] = (), least: Mapping[str, float] | None = None, copies: int = 5,
 ) -> Entry:  # fmt: skip
     """Held to what it tells, and to `keys`; ends of distributions are told but not held."""
     return Entry(
-        "nabeshima", figure, small, full, copies=5, keys=(*told, *keys), leave=RARE,
+        "nabeshima", figure, small, full, copies=copies, keys=(*told, *keys), leave=RARE,
         least=SHARES | dict(least or {}), told=told,
     )  # fmt: skip
 
@@ -164,7 +164,8 @@ def _rendered() -> Entry:
     }
     told["seen_share"] = Told("share of the corners that both pictures show")
     least = {"*known*": 10.0, "*detected": 1.0, "*spurious*": 4.0, "seen_share": 0.5}
-    return _entry("rendered", {"runs": 1, "seconds": 20.0}, {}, told, ("on_rod_share",), least)
+    small = {"runs": 1, "seconds": 15.0}
+    return _entry("rendered", small, {"runs": 3}, told, ("on_rod_share",), least, copies=3)
 
 
 def _figure10() -> Entry:

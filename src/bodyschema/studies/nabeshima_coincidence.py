@@ -227,7 +227,10 @@ class Figure5:
 
         first = results[self.tasks()[0].key]
         figure = Figure(figsize=(12, 4.8), layout="constrained")
-        titles = {"faithful": "Eq. 27: share of the motions", "better": "ours: probability"}
+        titles = {
+            "faithful": "Eq. 27: share of the motions (blue: the body)",
+            "better": "ours: probability",
+        }
         for axes, (name, title) in zip(figure.subplots(1, 2), titles.items(), strict=True):
             show(axes, first["picture"], title)
             blended(axes, first[name]["blend"])

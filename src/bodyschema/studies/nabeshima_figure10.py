@@ -122,7 +122,7 @@ class Figure10(WristPremises):
         return [f"{name}{ending}" for ending in self.cases for name in METHODS]
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
-        """Both errors against time, a thin line for each experiment."""
+        """Both errors against time, a thin line for each experiment, the median thick."""
         try:
             from matplotlib.figure import Figure
         except ImportError:
@@ -133,10 +133,16 @@ class Figure10(WristPremises):
             title = f"{'outside' if ending else 'within'}: {case.text}"
             for axes, column, unit in zip(row, (1, 2), ("mass, %", "centre, mm"), strict=True):
                 for name, colour in (("faithful", BEFORE), ("better", AFTER)):
-                    for k, result in enumerate(results.values()):
-                        course = np.array(result[f"{name}{ending}"]["course"])
-                        axes.semilogy(course[:, 0], course[:, column], lw=0.7, alpha=0.6,
-                                      color=colour, label=None if k else METHODS[name])  # fmt: skip
+                    courses = [
+                        np.array(result[f"{name}{ending}"]["course"]) for result in results.values()
+                    ]
+                    for course in courses:
+                        axes.semilogy(course[:, 0], course[:, column], lw=0.5, alpha=0.3,
+                                      color=colour)  # fmt: skip
+                    time = courses[0][:, 0]
+                    all_of_them = [np.interp(time, c[:, 0], c[:, column]) for c in courses]
+                    axes.semilogy(time, np.median(all_of_them, axis=0), lw=2, color=colour,
+                                  label=f"{METHODS[name]}, median")  # fmt: skip
                 axes.axvline(STOPPED, color="0.4", lw=0.8, ls=":")
                 axes.set_ylabel(f"error of the {unit}")
                 axes.grid(alpha=0.3)

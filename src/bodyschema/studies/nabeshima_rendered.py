@@ -50,7 +50,7 @@ OFTEN = 0.2
 MOVED, LEAST = 3.0, 6
 """px by which a corner on the body has moved, and how many there must be."""
 CORNERS = 12
-TRACKER = CornerTracker(count=40, window=11, spacing=6.0)
+TRACKER = CornerTracker(count=40, window=11, spacing=9.0)
 TRIES = 20
 """Scenes that are drawn until one shows the rod's corners."""
 METHODS = {"faithful": NEAREST.ssd, "faithful_printed": PRINTED.ssd}
@@ -140,13 +140,13 @@ class Rendered:
         for axes, picture in zip(above, films[0]["pictures"], strict=False):
             show(axes, picture["left"], picture["says"])
             place = np.array(picture["place"], dtype=np.float64).reshape(-1, 2)
-            axes.scatter(*place.T, s=40, facecolors="none", edgecolors="tab:red")
+            axes.scatter(*place.T, s=14, facecolors="none", edgecolors="tab:red", linewidths=0.8)
             if picture["winner"] is not None:
-                axes.scatter(*place[picture["winner"]], s=90, marker="s", facecolors="none",
+                axes.scatter(*place[picture["winner"]], s=70, marker="s", facecolors="none",
                              edgecolors="tab:red", linewidths=2)  # fmt: skip
         for axes in above[len(films[0]["pictures"]) :]:
             axes.set_axis_off()
-        _draw_bars(figure.add_subfigure(grid[1]).subplots(), films)
+        _draw_bars(figure.add_subfigure(grid[1]).subplots(), films, self.seconds)
         return figure
 
 
@@ -223,12 +223,13 @@ def _pictured(corners: Corners, winner: int | None, time: float, event: str) -> 
             "says": f"{time:.1f} s: {words}"}  # fmt: skip
 
 
-def _draw_bars(axes: Any, films: Sequence[Result]) -> None:
+def _draw_bars(axes: Any, films: Sequence[Result], seconds: float) -> None:
     lines = [("paper", PAPER)]
     for method, label in SAYS.items():
         lines += [(label if i == 0 else "", film["events"][method]) for i, film in enumerate(films)]
     for row, (_, events) in enumerate(lines):
-        bars = [(begin, end - begin) for begin, end in observed(events)]
+        last = SECONDS if row == 0 else seconds
+        bars = [(begin, min(end, last) - begin) for begin, end in observed(events)]
         axes.broken_barh(bars, (row - 0.35, 0.7), color="tab:green")
     for moment, what in ((ROD, "rod moved"), (HEAD, "head moved")):
         axes.axvline(moment, color="0.3", lw=0.8, ls=":")
