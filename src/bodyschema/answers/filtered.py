@@ -152,9 +152,9 @@ def _trust(found: Filtered) -> Trust:
     return Trust(
         "limited",
         (
-            "The published filter has no error bar. What is stated is the spread of its particles, "
-            f"{NARROW:g} times as wide, as that was too narrow by so much on the paper's own "
-            f"movements; in the last {min(LAST, len(found.infos))} moments they weighed alike to "
+            "The published filter has no error bar. What is stated is the spread of its particles "
+            f"{NARROW:g} times as wide: so much it was too narrow on 40 simulated movements. In the "
+            f"last {min(LAST, len(found.infos))} moments they weighed alike to "
             f"{size:.1f} % (effective size over their number). Compare with `bodyschema track` "
             "without --method.",
         ),

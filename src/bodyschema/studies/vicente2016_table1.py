@@ -163,10 +163,12 @@ class Table1:
         for name, colour in (("without", BEFORE), ("estimation", AFTER)):
             label = "without adaptation" if name == "without" else "with adaptation"
             self._pair(axes, results, name, slice(0, end), label, colour, "-")
+        self._paper(axes, "estimation", end - 1)
 
     def reaching(self, axes: Any, results: Mapping[str, Result]) -> None:
         """Fig. 7: real reaching error in all frames."""
         self._pair(axes, results, "reaching", slice(0, None), "real reaching error", AFTER, "-")
+        self._paper(axes, "reaching", self.frames + self.closed_frames - 1)
         for panel in axes:
             panel.axvline(self.frames, color=GREY, linestyle=":")
 
@@ -175,6 +177,7 @@ class Table1:
         part = slice(self.frames, None)
         self._pair(axes, results, "reaching", part, "real reaching error", BEFORE, "-")
         self._pair(axes, results, "believed_reaching", part, "estimated", AFTER, "--")
+        self._paper(axes, "reaching", self.frames + self.closed_frames - 1)
 
     def _pair(
         self, axes: Any, results: Mapping[str, Result], name: str, part: slice, label: str,
@@ -186,5 +189,14 @@ class Table1:
         for i, (panel, says) in enumerate(zip(axes, ("position, mm", "orientation, deg"),
                                               strict=True)):  # fmt: skip
             band(panel, frames, found[..., i], label, colour, style)
-            panel.set(xlabel="frame", ylabel=says)
+            # A mean less its deviation may fall below zero; no error does.
+            panel.autoscale(axis="y")
+            panel.set(xlabel="frame", ylabel=says, ylim=(0, None))
+            panel.legend(frameon=False)
+
+    def _paper(self, axes: Any, key: str, frame: int) -> None:
+        """The paper's mean and standard deviation of the last frame."""
+        for panel, printed in zip(axes, PAPER[key], strict=True):
+            mean, sd = (float(number) for number in printed.split(" ± "))
+            panel.errorbar(frame, mean, sd, fmt="s", color=GREY, capsize=3, label="paper")
             panel.legend(frameon=False)

@@ -58,7 +58,7 @@ def test_the_published_filter_on_a_recording(
     assert "overlap (Eq. 20" in answer["premises"][1]
     assert answer["trust"]["level"] == "limited"
     assert "no error bar" in answer["trust"]["reasons"][0]
-    assert "3.3 times as wide" in answer["trust"]["reasons"][0]
+    assert "3.2 times as wide" in answer["trust"]["reasons"][0]
     assert answer["moments"] == {"learned": 24, "held_out": 6}
     assert answer["held_out_pictures"] == HELD
     assert [f["frame"] for f in answer["frames"] if f["held_out"]] == HELD
