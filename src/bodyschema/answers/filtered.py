@@ -153,8 +153,8 @@ def _trust(found: Filtered) -> Trust:
         "limited",
         (
             "The published filter has no error bar. What is stated is the spread of its particles "
-            f"{NARROW:g} times as wide: so much it was too narrow on 40 simulated movements. In the "
-            f"last {min(LAST, len(found.infos))} moments they weighed alike to "
+            f"{NARROW:g} times as wide; so much it was too narrow on 40 simulated movements. In "
+            f"the last {min(LAST, len(found.infos))} moments they weighed alike to "
             f"{size:.1f} % (effective size over their number). Compare with `bodyschema track` "
             "without --method.",
         ),
