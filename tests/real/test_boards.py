@@ -9,28 +9,20 @@ import pytest
 
 pytest.importorskip("cv2")
 
-from boards import entry, real_set, unknown
+from board_sets import ur3e_sets
+from boards import real_set
 from bodyschema.cli.reading.board_pictures import grey_picture
 from bodyschema.vision.targets.detection import find_target
 from bodyschema.vision.targets.target import Target
 
 Folder = Callable[[str], Path]
 
-JOINTS = tuple(
-    f"{name}_joint"
-    for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-)
-
 
 def test_a_chessboard_that_came_out_either_way_round(shared_data: Folder) -> None:
     """Half of the boards are numbered from the other end; the lens is not told."""
     folder = shared_data("ur3e_fixed_cameras")
-    target = {"kind": "chessboard", "columns": 9, "rows": 7, "square_m": 0.02}
-    table = unknown("base", "flange", [1280, 720])
-    table |= {"robot": "ur3e_dh.toml", "recording": "recording.csv"}
-    table["joints"] = {"unit": "deg", "columns": {j: f"{j}_deg" for j in JOINTS}}
-    table["senses"] = [entry(target, folder / "images/cam1_{row:02}.jpg", columns=["row"])]
-    figures = real_set(table, folder, JOINTS[1:-1])
+    _, table, here, joints = next(ur3e_sets(folder))
+    figures = real_set(table, here, joints)
     assert figures["pictures"] == 40
     assert figures["held_out_px"] < 0.5
     assert figures["held_out_px"] < 0.5 * figures["opencv_held_out_px"]
