@@ -71,7 +71,7 @@ def _found(
 
     def senses_at(lag: float) -> tuple[Body, tuple[Sense, ...]]:
         there = body.with_part(clock, joined_clock(clock_at(lag)))
-        return there, make_senses(alone.run, read_streams(alone, there))
+        return there, make_senses(alone.run, read_streams(alone, there, trial=True))
 
     def problem_at(lag: float) -> Problem:
         there, senses = senses_at(lag)
@@ -85,10 +85,7 @@ def _found(
     lag = stream_lag(problem_at, middle, largest, joints.speed)
     there, senses = senses_at(lag)
     if not sum(map(len, senses)):
-        raise InputError(
-            f"no row of {alone.source_of(clock)} lies within the times of {joints.source}; give "
-            "recordings of one motion, and stamps of both in s."
-        )
+        raise InputError(alone.apart(alone.first.recording))
     wrong = moved_joints(there, senses)
     whole = Problem(there, senses, frames, wrong, parts={**parts, clock: ("lag",)})
     estimate = whole.fit(whole.variables(("offsets",)), whole.senses)

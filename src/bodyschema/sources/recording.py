@@ -160,8 +160,10 @@ def seconds(time: Array) -> Array:
 def beside(recordings: Iterable[Recording]) -> Recording:
     """Join recordings row by row: row i of every one belongs to the same moment.
 
+    A column that is the same in both, such as the stamps of topics that were sent together, is one.
+
     Raises:
-        InputError: they differ in length, or share a column name.
+        InputError: they differ in length, or share the name of columns that differ.
     """
     parts = list(recordings)
     first = parts[0]
@@ -173,7 +175,11 @@ def beside(recordings: Iterable[Recording]) -> Recording:
                 "files that are joined row by row must be equally long. Streams of rates of their "
                 'own are joined by their times: join = "time".'
             )
-        shared = sorted(set(columns) & set(other.columns))
+        shared = sorted(
+            name
+            for name in set(columns) & set(other.columns)
+            if not np.array_equal(columns[name], other.columns[name], equal_nan=True)
+        )
         if shared:
             raise InputError(
                 f"column '{shared[0]}' is in {other.source} and before; rename one, or "

@@ -117,6 +117,11 @@ class Moments:
         """Where it came from, for messages."""
         return self.recording.source if self.recording else "the recording"
 
+    @property
+    def shares_time(self) -> bool:
+        """Whether the joints were read about the time of any row."""
+        return bool(self._known.any())
+
     def only(self, condition: str) -> Moments:
         """The same with the rows alone that fulfil a condition; see `sources.condition`."""
         if not condition or self.recording is None:

@@ -54,8 +54,17 @@ def read_recordings(run: RunFile, body: Body) -> dict[Source, Moments]:
     return opened
 
 
-def read_streams(streams: Streams, body: Body) -> dict[Source, Moments]:
-    """Every recording of a run whose files are streams; joints at the lags of the body's clocks."""
+def read_streams(streams: Streams, body: Body, trial: bool = False) -> dict[Source, Moments]:
+    """Every recording of a run whose files are streams; joints at the lags of the body's clocks.
+
+    Args:
+        streams: the files.
+        body: with the clocks.
+        trial: the lags are tried, so that streams may share no time.
+
+    Raises:
+        InputError: a stream shares no time with its joints.
+    """
     run, opened, first = streams.run, dict[Source, Moments](), 0
     for entry in run.senses:
         source = source_of(run, entry)
@@ -68,6 +77,8 @@ def read_streams(streams: Streams, body: Body) -> dict[Source, Moments]:
                 body, run.parts, table, stamps(table, time), run.joints,
                 streams.joints(source[0]), lag,
             )  # fmt: skip
+            if not trial and not at.shares_time:
+                raise InputError(streams.apart(source[0]))
         else:
             at = Moments.of(body, run.joints, run.parts, table, time)
         opened[source] = at.from_row(first)

@@ -132,6 +132,21 @@ class Streams:
         entry = self.of_clock(clock).first
         return stamps(self.tables[entry.recording], _column(self.run, entry))
 
+    def apart(self, files: Files) -> str:
+        """That a file's rows share no time with the joints, with the times of both."""
+        entry = next(entry for entry in self.run.senses if entry.recording == files)
+        ends = []
+        for table, time in (
+            (self.tables[files], _column(self.run, entry)),
+            (self.sessions[files].table, self.run.time),
+        ):
+            at = stamps(table, time)
+            ends.append(f"{table.source} ({at[0]:.3f} to {at[-1]:.3f} s)")
+        return (
+            f"no row of {ends[0]} lies within the times of {ends[1]}; give recordings of one "
+            "motion, stamps of both in s, and the lag of a clock that is known exactly as it is."
+        )
+
     def source_of(self, clock: str) -> str:
         """Its name for messages."""
         return self.tables[self.of_clock(clock).first.recording].source
