@@ -18,21 +18,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Export:
-    """Put corrections and loads into a URDF, a recording, or a calibration file of LeRobot.
+    """Put corrections into a robot description, a recording, a lens file, or LeRobot's.
 
-    One of --robot (a newer version, one with meshes, the original), --recording and --calibration.
+    One of --robot (a newer version, one with meshes, the original), --recording, --calibration and
+    --lens. A description goes out as the ending of --out says: .urdf, or .xml for MJCF.
     """
 
     result: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="RESULT")]
     """Folder that a verb wrote which corrects joints or knows a load on a link."""
     robot: Path | None = None
-    """URDF or xacro with the joints that were calibrated."""
+    """Description with the joints that were calibrated: URDF, xacro, MJCF, or a table."""
     recording: Path | None = None
     """Write this recording again, its joints' readings corrected; all other columns stay."""
     calibration: Path | None = None
     """Write this calibration file of LeRobot again, its zeros put right; units stay."""
+    lens: str | None = None
+    """Write this lens: .yaml is camera_info of ROS, .yml OpenCV's."""
     out: Annotated[Path | None, tyro.conf.arg(aliases=["-o"])] = None
-    """File to write, corrected.urdf, .csv or .json when absent; the input is never touched."""
+    """File to write, `corrected` with an ending when absent; the input is never touched."""
     add_frames: bool = False
     """Also add the frames that were estimated, each a link and a fixed joint."""
     shift_limits: bool = False
@@ -48,22 +51,26 @@ class Export:
         from bodyschema.atomic import check_new_file
         from bodyschema.cli.corrected_files import write_motors, write_recording
         from bodyschema.export.result_folder import inputs_of, refuse_inputs
+        from bodyschema.model.description import is_mjcf
 
-        given = [one for one in (self.robot, self.recording, self.calibration) if one is not None]
+        kinds = {"robot": ".urdf", "recording": ".csv", "calibration": ".json", "lens": ".yaml"}
+        given = [name for name in kinds if getattr(self, name) is not None]
         if len(given) != 1:
             raise InputError(
-                "name what is to be corrected: --robot arm.urdf, --recording data.csv or "
-                "--calibration motors.json; one of them."
+                "name what is to be corrected: --robot arm.urdf, --recording data.csv, "
+                "--calibration motors.json or --lens camera; one of them."
             )
-        (source,) = given
-        out = self.out or Path("corrected").with_suffix(
-            ".urdf" if self.robot else ".json" if self.calibration else ".csv"
-        )
+        ending = ".xml" if self.robot and is_mjcf(self.robot) else kinds[given[0]]
+        out = self.out or Path("corrected").with_suffix(ending)
         check_new_file(out, self.overwrite)
         answer = load(self.result)
-        refuse_inputs(out, [source, self.result, *inputs_of(None, answer.run)])
+        read = [one for one in (self.robot, self.recording, self.calibration) if one is not None]
+        refuse_inputs(out, [*read, self.result, *inputs_of(None, answer.run)])
         if self.robot is not None:
             return self._description(answer, self.robot, out)
+        if self.lens is not None:
+            return self._lens(answer, self.lens, out)
+        (source,) = read
         write = write_motors if self.calibration is not None else write_recording
         done = write(answer, source, out, self.overwrite)
         if self.json:
@@ -76,25 +83,33 @@ class Export:
 
     def _description(self, answer: Answer, robot: Path, out: Path) -> int:
         from bodyschema.atomic import new_file
-        from bodyschema.export.corrections import corrected_body, corrected_urdf
-        from bodyschema.export.double_zeros import double_zeros
-        from bodyschema.export.static_transforms import added_frames
-        from bodyschema.export.urdf_frames import with_frames
-        from bodyschema.model.urdf import parse_urdf, urdf_text
+        from bodyschema.export.corrected_descriptions import corrected_description
 
         packages = answer.run.get("packages", {})
-        text = urdf_text(robot, packages, answer.run.get("robot_arguments", {}))
-        nominal = parse_urdf(text, robot, packages)
-        patched, changed = corrected_urdf(answer, text, nominal, self.shift_limits)
-        if self.add_frames:
-            patched = with_frames(patched, added_frames(answer, nominal))
-        notes = double_zeros(nominal, corrected_body(answer, nominal))
+        arguments = answer.run.get("robot_arguments", {})
+        made = corrected_description(
+            answer, robot, out, packages, arguments, self.add_frames, self.shift_limits
+        )
         with new_file(out, self.overwrite) as temporary:
-            temporary.write_bytes(patched)
+            temporary.write_bytes(made.text)
         if self.json:
-            print(json.dumps({"urdf": str(out), "joints": changed, "notes": notes}))
+            told = {made.kind: str(out), "joints": made.changed, "notes": made.notes}
+            print(json.dumps(told))
         else:
             diff = shlex.join(["diff", str(robot), str(out)])
-            print(shown(f"Corrected {len(changed)} joints in {out}. Next: {diff}"))
-            print(shown("".join(f"{note}\n" for note in notes)), end="")
+            after = f" Next: {diff}" if made.patched else ""
+            print(shown(f"Corrected {len(made.changed)} joints in {out}.{after}"))
+            print(shown("".join(f"{note}\n" for note in made.notes)), end="")
+        return 0
+
+    def _lens(self, answer: Answer, name: str, out: Path) -> int:
+        from bodyschema.atomic import new_file
+        from bodyschema.export.lens_files import lens_text
+
+        with new_file(out, self.overwrite) as temporary:
+            temporary.write_text(lens_text(answer, name, answer.run, out.suffix), encoding="utf-8")
+        if self.json:
+            print(json.dumps({"lens": name, "file": str(out)}))
+        else:
+            print(shown(f"Lens '{name}' in {out}."))
         return 0

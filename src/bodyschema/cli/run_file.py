@@ -1,6 +1,6 @@
 """The run file: one TOML that names the robot, the recording, and what is seen of what.
 
-    robot = "arm.urdf"                      # URDF, xacro, or a DH table (.toml, .json)
+    robot = "arm.urdf"                      # URDF, xacro, MJCF, or a table, see "Robot"
     robot_arguments = { dof = "7" }         # optional: of a xacro file
     skeleton = "arm.toml"                   # instead: an arrangement, to learn the geometry of
     recording = "data.csv"                  # CSV or Parquet; a list of files is joined row by row
@@ -25,7 +25,7 @@
     [parts.eye]                             # what predictions need besides frames: see "Parts"
     kind = "lens"                           # or load, sensor, clock, target, drive, constants
     known = "roughly"                       # "exactly", "roughly" or "no"
-    fx = 615.0
+    fx = 615.0                              # or file = "camera_info.yaml", see "Pixels"
     size = [640, 480]
 
     [[senses]]                              # as many as there are, of any kinds; see "Senses"
@@ -72,6 +72,7 @@ from bodyschema.cli.reading.board_ends import with_board_ends
 from bodyschema.cli.reading.board_sizes import with_doubted_sizes
 from bodyschema.cli.reading.checks import check_keys
 from bodyschema.cli.reading.joint_columns import JointColumns, joint_columns
+from bodyschema.cli.reading.lens_entries import part_with_lens, with_lens_parts
 from bodyschema.cli.reading.part_entry import PartEntry
 from bodyschema.cli.reading.picture_sections import PictureSections
 from bodyschema.cli.reading.robot import argument_words
@@ -172,6 +173,7 @@ class RunFile:
 
         files = [name for entry in self.senses for name in entry.recording]
         files += [self.joints.calibration] if self.joints.calibration else []
+        files += [part.file.partition("#")[0] for part in self.parts.values() if part.file]
         files += [name for part in (self.wrist, self.pictures) if part for name in part.files]
         patterns = [getattr(entry, key) for entry in self.senses for key in PICTURES]
         return files + [name for pattern in patterns if pattern for name in files_of(pattern)]
@@ -201,7 +203,7 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
     Raises:
         InputError: a key is unknown or missing.
     """
-    table = take_sections(table, here, where)
+    table = with_lens_parts(take_sections(table, here, where), where)
     entries = {
         **table,
         "robot": _path(table.get("robot"), here),
@@ -217,7 +219,7 @@ def run_from_table(table: Mapping[str, Any], here: Path, where: str) -> RunFile:
             for number, entry in enumerate(_entries(table, "senses", where), start=1)
         ),
         "parts": {
-            name: _part(entry, f"[parts.{name}] of {where}")
+            name: _part(entry, here, f"[parts.{name}] of {where}")
             for name, entry in section(table.get("parts", {}), f"[parts] of {where}").items()
         },
         "wanted": tuple(
@@ -300,14 +302,14 @@ def _sense(table: Any, here: Path, where: str) -> SenseEntry:
     return entry_of(SenseEntry, entry, where)
 
 
-def _part(table: Any, where: str) -> PartEntry:
+def _part(table: Any, here: Path, where: str) -> PartEntry:
     from bodyschema.cli.reading.part_kinds import COMMON, KINDS
 
     table = section(table, where)
     used = {name: (*COMMON, *kind.keys) for name, kind in KINDS.items()}
     if "kind" in table:
         check_keys(table["kind"], table, used, "parts", where)
-    return entry_of(PartEntry, table, where)
+    return entry_of(PartEntry, part_with_lens(table, here, where), where)
 
 
 def run_from_record(record: Mapping[str, Any]) -> RunFile:

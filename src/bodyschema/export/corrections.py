@@ -44,6 +44,15 @@ def corrected_body(calibration: Calibration, nominal: Body) -> Body:
     return nominal.with_variables(free, [wanted.get(n, 0.0) for n in free.names])
 
 
+def refuse_nothing(calibration: Calibration) -> None:
+    """Refuse an answer that changes nothing on a robot. Raises InputError."""
+    if not joint_corrections(calibration) and not carried_loads(calibration):
+        raise InputError(
+            "the result corrects no joint and knows no load on a link of a robot; "
+            "there is nothing to export."
+        )
+
+
 def corrected_urdf(
     calibration: Calibration, text: bytes, nominal: Body, stops: bool = False
 ) -> tuple[bytes, list[str]]:
@@ -62,11 +71,7 @@ def corrected_urdf(
         InputError: nothing may be put on a robot, or this one lacks a joint or the sensor's link.
     """
     body, loads = corrected_body(calibration, nominal), carried_loads(calibration)
-    if not joint_corrections(calibration) and not loads:
-        raise InputError(
-            "the result corrects no joint and knows no load on a link of a robot; "
-            "there is nothing to export."
-        )
+    refuse_nothing(calibration)
     edits, changed = urdf_edits(nominal, body, stops), []
     patched = patch_urdf(text, edits)
     for link, carried in loads.items():

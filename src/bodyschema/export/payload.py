@@ -10,6 +10,11 @@ mass, but not in one form:
              in kg m^2
     Franka   setLoad(mass, F_x_Cload, load_inertia)
              kg, m and kg m^2, about the centre of mass, flange's axes, column after column
+    ABB      loaddata [mass, [cog], [aom], ix, iy, iz]
+             kg, mm, the quaternion (scalar first) of the axes of moment, principal moments in
+             kg m^2 about the centre of mass
+    xArm     set_tcp_load(mass, [cx, cy, cz])
+             kg and mm
 
 What is not told is in no form: without mass and centre of mass there is none, without moments the
 forms that can do without leave them out.
@@ -95,6 +100,7 @@ def controller_forms(load: Inertia, not_told: Collection[str] = ()) -> dict[str,
         return {
             "ur": f"set_target_payload({mass}, {place})",
             "kuka": f"{{M {mass}, CM {{{at}, A 0.0, B 0.0, C 0.0}}}}",
+            "xarm": f"set_tcp_load({mass}, {_list(1e3 * c)})",
         }
     six = (I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])
     ur = f"set_target_payload({mass}, {place}, {_list(six)})"
@@ -105,7 +111,11 @@ def controller_forms(load: Inertia, not_told: Collection[str] = ()) -> dict[str,
     main = ", ".join(f"{n} {_number(v)}" for n, v in zip("XYZ", moments, strict=True))
     kuka = f"{{M {mass}, CM {{{named}}}, J {{{main}}}}}"
     franka = f"setLoad({mass}, {_braces(c)}, {_braces(I.T.ravel())})"
-    return {"ur": ur, "kuka": kuka, "franka": franka}
+    x, y, z, w = lie.quaternion_xyzw(axes)
+    ends = ", ".join(_number(v) for v in moments)
+    abb = f"[{mass}, {_list(1e3 * c)}, {_list((w, x, y, z))}, {ends}]"
+    xarm = f"set_tcp_load({mass}, {_list(1e3 * c)})"
+    return {"ur": ur, "kuka": kuka, "franka": franka, "abb": abb, "xarm": xarm}
 
 
 def urdf_with_load(source: bytes, link: str, loads: Mapping[str, Mapping[str, Any]]) -> bytes:

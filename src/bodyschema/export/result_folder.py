@@ -4,8 +4,11 @@ answer.json         the whole answer at full precision, for check, plan, report 
 run.json            what was asked, with versions and hashes of the inputs
 report.html         all of it for people, where the extra `report` is installed
 robot.urdf          the user's own file with the changed numbers, byte by byte otherwise
+robot.xml           the same where that is an MJCF; robot.urdf is then newly written
 calibration.yaml    where joints or frames were corrected: everything that was found
 kinematics.yaml     and the joint frames, for xacro
+ur_kinematics.yaml  those of a UR arm in the keys that ur_description loads
+NAME_camera_info.yaml, NAME_opencv.yml    lenses that were estimated, for ROS and for OpenCV
 transforms.yaml     cameras, trackers and tools that were estimated, if any
 payload.yaml        loads in the forms of controllers, where a wrist's were found
 .bodyschema.json    what of this bodyschema wrote, with hashes: only that is ever replaced
@@ -29,10 +32,12 @@ from bodyschema.atomic import check_new_folder, new_folder
 from bodyschema.atomic.manifest import file_hash
 from bodyschema.atomic.places import resolved
 from bodyschema.documents import is_file, is_folder, is_there
-from bodyschema.errors import InputError
+from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.export.calibration_yaml import calibration_text
 from bodyschema.export.documents import plain, versions
 from bodyschema.export.kinematics_yaml import kinematics_text
+from bodyschema.export.lens_files import lens_files
+from bodyschema.export.mjcf_edits import edited_mjcf
 from bodyschema.export.payload import carried_loads, payload_text, urdf_with_load
 from bodyschema.export.record import encoded
 from bodyschema.export.static_transforms import (
@@ -41,13 +46,14 @@ from bodyschema.export.static_transforms import (
     estimated_frames,
     transforms_text,
 )
+from bodyschema.export.ur_kinematics import ur_kinematics_text
 from bodyschema.export.urdf_edits import described, unwritable, urdf_edits
 from bodyschema.export.urdf_frames import with_frames
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.judging.calibration import Calibration
 from bodyschema.judging.settled import settled
-from bodyschema.model.description import is_urdf
+from bodyschema.model.description import is_mjcf, is_urdf
 from bodyschema.model.meshes import Packages
 from bodyschema.model.tree import Body
 from bodyschema.model.urdf import parse_urdf, urdf_text
@@ -117,6 +123,7 @@ def write_files(
     """Write into a folder that is there; see `write_result`. Returns the files' names."""
     packages, added = run.get("packages", {}), bool(run.get("add_frames"))
     files = result_files(calibration, nominal, source, packages, added)
+    files |= {name: text.encode() for name, text in lens_files(calibration, run).items()}
     record = json.dumps(run_record(source, run), indent=2, ensure_ascii=False, allow_nan=False)
     files["run.json"] = (record + "\n").encode()
     files |= more
@@ -172,11 +179,17 @@ def result_files(
         # What the file says is what is patched, whatever was done to the body since.
         nominal = parse_urdf(text, source, packages)
     body = body_to_write(calibration, nominal) if calibration.corrects else nominal
-    texts = {}
+    texts: dict[str, str] = {}
     if calibration.corrects:
         notes = writing_notes(calibration, nominal)
+        if source is not None and is_mjcf(source):
+            mjcf, note = _corrected_mjcf(calibration, nominal, source, body, add_frames)
+            texts |= {"robot.xml": mjcf} if mjcf else {}
+            notes += [note] if note else []
         texts["calibration.yaml"] = calibration_text(calibration, notes)
         texts["kinematics.yaml"] = kinematics_text(body)
+        of_ur = ur_kinematics_text(body)
+        texts |= {"ur_kinematics.yaml": of_ur} if of_ur else {}
     texts[ANSWER] = answer_text(calibration)
     if "loads" in calibration.details:
         texts["payload.yaml"] = payload_text(calibration.details)
@@ -192,6 +205,17 @@ def result_files(
             robot = with_frames(robot, added_frames(calibration, nominal))
         files = {"robot.urdf": robot, **files}
     return files
+
+
+def _corrected_mjcf(
+    calibration: Calibration, nominal: Body, source: Path, body: Body, add_frames: bool
+) -> tuple[str, str]:
+    """The MJCF that was read with corrected numbers; "" with a sentence why there is none."""
+    added = added_frames(calibration, nominal) if add_frames else []
+    try:
+        return edited_mjcf(source, nominal, body, added, elsewhere=True)[0].decode(), ""
+    except (InputError, MissingExtraError, UnicodeDecodeError) as error:
+        return "", f"No robot.xml was written: {error}"
 
 
 def answer_text(calibration: Calibration) -> str:

@@ -94,6 +94,11 @@ def is_urdf(path: Path) -> bool:
     return path.suffix not in TABLES and root_of(path) != "mujoco"
 
 
+def is_mjcf(path: Path) -> bool:
+    """Whether a description is an MJCF."""
+    return path.suffix not in TABLES and root_of(path) == "mujoco"
+
+
 def root_of(path: Path) -> str:
     """Name of the first element of an XML file; "" where there is none."""
     if not is_file(path):

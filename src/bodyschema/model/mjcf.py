@@ -43,12 +43,17 @@ def read_mjcf(path: Path) -> Body:
         import mujoco
     except ImportError:
         raise MissingExtraError("mujoco", "sim", f"reading '{path.name}'") from None
-    model, remarks = _compiled(mujoco, path)
+    model, _, lacking = compiled_mjcf(mujoco, path)
     tree = MjcfTree(mujoco, model)
     for b in range(1, model.nbody):
         tree.add_body(b)
     tree.add_sites_and_cameras()
-    remarks += tree.remarks
+    remarks = tree.remarks
+    if lacking:
+        remarks.append(
+            f"'{path.name}' was read without its shapes, of which a file cannot be read "
+            f"({lacking}); joints do not depend on them."
+        )
     return Body.build(
         name=_model_name(model) or path.stem,
         frames=tree.frames,
@@ -64,20 +69,22 @@ def read_mjcf(path: Path) -> Body:
     )
 
 
-def _compiled(mujoco: Any, path: Path) -> tuple[Any, list[str]]:
-    """The model, without its meshes where they are not there, and what to know of that."""
+def compiled_mjcf(mujoco: Any, path: Path) -> tuple[Any, Any, str]:
+    """The model, its specification, and why it is without its shapes; "" where it has them.
+
+    Raises:
+        InputError: MuJoCo does not compile it.
+    """
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except Exception as error:
         raise _uncompiled(path, error) from None
     try:
-        return spec.compile(), []
+        return spec.compile(), spec, ""
     except Exception as error:
         try:
-            return _without_shapes(mujoco, path), [
-                f"'{path.name}' was read without its shapes, of which a file cannot be read "
-                f"({_short(error)}); joints do not depend on them."
-            ]
+            bare = _without_shapes(mujoco, path)
+            return bare.compile(), bare, _short(error)
         except Exception:  # what is wrong is something else: what was said first counts
             raise _uncompiled(path, error) from None
 
@@ -90,7 +97,7 @@ def _without_shapes(mujoco: Any, path: Path) -> Any:
         for shape in list(shapes):
             spec.delete(shape)
     spec.compiler.boundmass = spec.compiler.boundinertia = LIGHTEST
-    return spec.compile()
+    return spec
 
 
 def _uncompiled(path: Path, error: Exception) -> InputError:

@@ -91,7 +91,7 @@ def test_a_minimal_file_gives_the_box_and_all_documents(folder, capsys, truth):
     out = folder / "out"
     document = yaml.safe_load((out / "payload.yaml").read_text())
     assert document["loads"][0]["mass"] == pytest.approx(answer["loads"][0]["mass"])
-    assert set(document["loads"][0]["controllers"]) == {"ur", "kuka", "franka"}
+    assert set(document["loads"][0]["controllers"]) == {"ur", "kuka", "franka", "abb", "xarm"}
     page = (out / "report.html").read_text()
     assert "What the wrist carries" in page
     assert "The wrench before and after" in page

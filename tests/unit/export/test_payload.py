@@ -42,6 +42,19 @@ def test_kukas_principal_axes_give_the_moments_back():
     np.testing.assert_allclose(R @ np.diag(j) @ R.T, MOMENTS, atol=1e-8)
 
 
+def test_abbs_axes_of_moment_give_the_moments_back():
+    form = controller_forms(LOAD)["abb"]
+    mass, x, y, z, qw, qx, qy, qz, *j = numbers(form)
+    assert (mass, x, y, z) == (0.6, 20.0, -30.0, 90.0)
+    assert form.startswith("[0.6, [20.0, -30.0, 90.0], [")
+    R = lie.rotation_from_xyzw([qx, qy, qz, qw])
+    np.testing.assert_allclose(R @ np.diag(j) @ R.T, MOMENTS, atol=1e-8)
+
+
+def test_xarm_takes_mm():
+    assert controller_forms(LOAD)["xarm"] == "set_tcp_load(0.6, [20.0, -30.0, 90.0])"
+
+
 def test_a_link_is_added_and_nothing_else_changed():
     source = b"<robot name='r'>\n  <link name='tool'/> <!-- kept -->\n</robot>\n"
     load = {"mass": 0.6, "com": [0.02, -0.03, 0.09], "inertia": MOMENTS.tolist()}
@@ -64,4 +77,5 @@ def test_no_controller_is_told_what_is_not() -> None:
     assert bare["ur"] == "set_target_payload(1.0, [0.0, 0.0, 0.1])"
     assert "J" not in bare["kuka"]
     assert "franka" not in bare
-    assert set(controller_forms(load)) == {"ur", "kuka", "franka"}
+    assert set(controller_forms(load)) == {"ur", "kuka", "franka", "abb", "xarm"}
+    assert set(bare) == {"ur", "kuka", "xarm"}

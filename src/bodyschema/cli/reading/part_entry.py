@@ -32,6 +32,8 @@ class PartEntry:
     model: str = ""
     """Of the distortion: "plumb_bob", "rational" or "fisheye"; by the count of `distortion` when
     empty, which is never a fisheye."""
+    file: str = ""
+    """Of a lens: camera_info.yaml, a file of OpenCV or Kalibr, instead of its numbers."""
     size: tuple[int, ...] = ()
     """Width and height of the pictures, px."""
     mass_kg: float | None = None

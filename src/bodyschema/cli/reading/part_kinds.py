@@ -220,7 +220,7 @@ class Kind(NamedTuple):
 
 
 KINDS: dict[str, Kind] = {
-    "lens": Kind(("fx", "fy", "cx", "cy", "fov_deg", "distortion", "model", "size"), _lens),
+    "lens": Kind(("fx", "fy", "cx", "cy", "fov_deg", "distortion", "model", "size", "file"), _lens),
     "load": Kind(("mass_kg", "com_m", "moments_kgm2"), _load),
     "sensor": Kind(("channels", "offset", "gain"), _sensor),
     "clock": Kind(("lag_ms",), _clock),

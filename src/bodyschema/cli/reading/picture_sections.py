@@ -28,8 +28,10 @@
     position_m = 0.05                       # if roughly: one standard deviation
     turn_deg = 5.0
     size = [960, 540]                       # pixels
-    lens = [534.6, 534.6, 478.1, 261.0]     # f_x, f_y, c_x, c_y
+    lens = [534.6, 534.6, 478.1, 261.0]     # f_x, f_y, c_x, c_y; or "camera_info.yaml", the file of
+                                            # ROS, OpenCV or Kalibr, with size and distortion
     distortion = []                         # as OpenCV has it
+    model = ""                              # "fisheye" of a lens that is one; the file says it
     images = "stereo/left_{row}.png"        # {row} counts from 0; {row:03} with leading zeros
     video = "left.mp4"                      # instead of images
     start = 12.5                            # optional, of a video; see below
@@ -54,8 +56,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bodyschema.cli.reading.lens_entries import camera_with_lens
 from bodyschema.cli.reading.run_entries import KNOWLEDGE
-from bodyschema.errors import InputError
+from bodyschema.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
     from bodyschema.cli.run_file import RunFile
@@ -83,13 +86,22 @@ class CameraEntry:
     position_m: float = 0.05
     turn_deg: float = 5.0
     distortion: tuple[float, ...] = ()
+    model: str = ""
+    """Of the distortion: "fisheye", or "" for one whose count says it."""
+    file: str = ""
+    """Of the lens, where it was read from one."""
 
     def camera(self, name: str) -> Camera:
         """Its lens."""
         import numpy as np
 
         from bodyschema.model.camera import Camera
+        from bodyschema.model.distortion import FISHEYE, MODELS
 
+        if self.model and self.model not in MODELS:
+            raise InputError(
+                f"model = '{self.model}' of camera '{name}'{did_you_mean(self.model, MODELS)}"
+            )
         if len(self.size) != 2 or len(self.lens) != 4 or self.known not in KNOWLEDGE:
             raise InputError(
                 f"camera '{name}' needs size = [width, height], lens = [f_x, f_y, c_x, c_y] and "
@@ -99,7 +111,8 @@ class CameraEntry:
         f_x, f_y, c_x, c_y = self.lens
         K = np.array([[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], dtype=np.float64)
         width, height = self.size
-        return Camera(name, name, width, height, K, np.array(self.distortion))
+        fisheye = self.model == FISHEYE
+        return Camera(name, name, width, height, K, np.array(self.distortion), fisheye)
 
 
 @dataclass(frozen=True)
@@ -141,8 +154,9 @@ class PictureSections:
 
     @property
     def files(self) -> list[str]:
-        """Videos."""
-        return [entry.video for entry in self.cameras.values() if entry.video]
+        """Videos and files of lenses."""
+        cameras = self.cameras.values()
+        return [name for entry in cameras for name in (entry.video, entry.file) if name]
 
 
 KEYS = ("hand", "links", "faces")
@@ -166,15 +180,17 @@ def read_sections(table: Mapping[str, Any], here: Path, where: str) -> PictureSe
     if not isinstance(given, Mapping) or not given:
         raise InputError(f"{where} names no camera; add a section [cameras.NAME].")
     cameras = {
-        name: _absolute(here, entry_of(CameraEntry, entry, f"[cameras.{name}] of {where}"))
-        for name, entry in given.items()
+        name: _camera(here, entry, f"[cameras.{name}] of {where}") for name, entry in given.items()
     }
     doubts = entry_of(DoubtEntry, table.get("doubts", {}), f"[doubts] of {where}")
     return entry_of(PictureSections, {**table, "cameras": cameras, "doubts": doubts}, where)
 
 
-def _absolute(here: Path, entry: CameraEntry) -> CameraEntry:
-    """With the paths of its files from the folder of the run file."""
+def _camera(here: Path, table: Any, where: str) -> CameraEntry:
+    """One camera, with the numbers of its lens, and the paths of its files from `here`."""
+    from bodyschema.cli.entry_types import entry_of
+
+    entry = entry_of(CameraEntry, camera_with_lens(table, here, where), where)
     images, video, masks = (
         str(here / name) if name else "" for name in (entry.images, entry.video, entry.masks)
     )
