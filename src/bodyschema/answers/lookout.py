@@ -65,6 +65,9 @@ class Lookout:
         geometric = all(isinstance(s, Points | Poses | Pixels) for s in problem.senses)
         if fits and geometric and (named or found.close):
             named = refitted(problem, found)
+        if named and "gears" in (run.get("free", {}).get("groups") or ()):
+            first = named[0].declaration
+            named = () if first.joint >= 0 and first.factor > 0 else named  # the fit finds gears
         return cls(problem.body, found.share, named)
 
     @property

@@ -49,6 +49,8 @@ class Suggestion:
     """All of the recording."""
     body: Body | None = None
     robot: str = ""
+    calibration: str = ""
+    """LeRobot's file, if one lies in the data set or beside it."""
 
     @classmethod
     def of(cls, found: Contents, body: Body | None = None, robot: str = "") -> Suggestion:
@@ -66,7 +68,8 @@ class Suggestion:
         columns = states.recording.columns if states and states.recording else {}
         unit = angle_unit(columns, list(joints.values()))
         seen = tuple(Seen(stream, g) for stream in found.streams for g in groups_of(stream))
-        return cls(joints, unit, states, seen, found.streams, body, robot)
+        near = found.more.get("calibration", [])
+        return cls(joints, unit, states, seen, found.streams, body, robot, near[0] if near else "")
 
     def text(self, here: Path) -> str:
         """The run file; paths are relative to the folder `here`.
@@ -84,7 +87,7 @@ class Suggestion:
         absent = "" if self.robot else "      # name the description of the robot"
         yield f"robot = {json.dumps(self.robot or 'robot.urdf')}{absent}"
         yield from self._sources(used, here)
-        yield from self._columns()
+        yield from self._columns(here)
         root, tip = self._ends()
         for i, one in enumerate(used):
             yield from _sense(one, _named(i), root, tip, i)
@@ -128,16 +131,19 @@ class Suggestion:
         if back and len(names) == 1:
             yield 'time = ""          # times repeat or go back: rows are single postures'
 
-    def _columns(self) -> Iterator[str]:
+    def _columns(self, here: Path) -> Iterator[str]:
         if not self.joints:
             yield "# No columns of joints were found: say under [joints] which is which."
             return
         others = {joint: column for joint, column in self.joints.items() if joint != column}
         if self.unit == "rad" and not others:
             return
-        unit = "deg" if self.unit == "ticks" else self.unit
+        told = bool(self.calibration) and self.unit != "rad"
+        unit = "deg" if self.unit == "ticks" and not told else self.unit
         yield f'\n[joints]\nunit = "{unit}"         # guessed by the largest reading'
-        if self.unit == "ticks":
+        if told:
+            yield f"calibration = {json.dumps(os.path.relpath(self.calibration, here))}"
+        if self.unit == "ticks" and not told:
             for joint, column in self.joints.items():
                 yield f"{_key(joint)} = {{ column = {json.dumps(column)}, {_TICKS} }}"
         elif others:

@@ -77,3 +77,19 @@ def test_what_a_run_file_declares() -> None:
     other = Poses.make(seen.q, seen.pose, "base", "tool")
     found = recorded({"senses": [entry]}, [seen, other])
     assert found == {seen.label: Recorded("xyz_rpy", "mm", "deg")}
+
+
+def test_a_gain_that_is_free_is_no_wrong_declaration() -> None:
+    """What one percent of a lost calibration is, the fit finds itself."""
+    rng = np.random.default_rng(2)
+    body = seen_arm(5, rng)
+    truth = replace(body, gear=np.array([0, 0.25, -0.1, 0.2, 0]))
+    seen = poses(truth, postures(30, body, rng), rng)
+    problem = Problem(body, (seen,), UNKNOWN, body.joints)
+    assert Lookout.at(problem, {}, fits=True).named[0].declaration.joint >= 0
+    free = {"free": {"groups": ["offsets", "gears"]}}
+    assert not Lookout.at(problem, free, fits=True).named
+    right = poses(body, postures(30, body, rng), rng)
+    back = replace(right, observed=np.linalg.inv(right.observed))
+    other = Lookout.at(replace(problem, senses=(back,)), free, fits=True).named
+    assert other, "others are named as ever"
