@@ -113,7 +113,7 @@ def _find_body() -> Entry:
     }
     told["delay_error_ms.median"] = Told("delay of the camera learned within, ms")
     return _entry(
-        "find-body", {"runs": 1, "motions": 5}, {}, told,
+        "find-body", {"runs": 1, "motions": 3}, {"runs": 7}, told,
         least={"*recall": 0.5, "*precision": 0.3, "delay*": 5.0},
     )  # fmt: skip
 
@@ -136,7 +136,7 @@ def _figure8() -> Entry:
         for who, words in WHO.items()
         for key, one in _course(own, who, f"{words}, {READINGS[own]}").items()
     }
-    return _entry("figure8", {"runs": 2}, {}, told, least={"*_s.*": 10.0})
+    return _entry("figure8", {"runs": 2}, {"runs": 12}, told, least={"*_s.*": 10.0})
 
 
 def _figure9() -> Entry:
@@ -165,7 +165,7 @@ def _rendered() -> Entry:
     told["seen_share"] = Told("share of the corners that both pictures show")
     least = {"*known*": 10.0, "*detected": 1.0, "*spurious*": 4.0, "seen_share": 0.5}
     small = {"runs": 1, "seconds": 15.0}
-    return _entry("rendered", small, {"runs": 3}, told, ("on_rod_share",), least, copies=3)
+    return _entry("rendered", small, {"runs": 2}, told, ("on_rod_share",), least, copies=3)
 
 
 def _figure10() -> Entry:

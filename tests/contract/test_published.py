@@ -13,7 +13,7 @@ from published.entries import ENTRIES
 from published.spread import half_width, inside, numbers, spread
 from published.store import read_stored, stored
 
-QUICK = ("hersch2008_theorem1", "hersch2008_figure11")
+QUICK = ("hersch2008_theorem1", "hersch2008_figure11", "nabeshima_figure3", "nabeshima_figure10")
 NAME, KEY = QUICK[0], "ranges.90.0.fixed_starts_caught"
 STORED = read_stored()
 
@@ -44,7 +44,7 @@ def test_a_stored_result_says_what_was_run_and_holds_what_is_told(name):
     assert any("mean" in one for one in document["figures"].values())
 
 
-def test_small_runs_find_what_is_stored(capsys):
+def test_small_runs_find_what_is_stored(capsys, offscreen):
     assert check.main(["--only", *QUICK, "--json"]) == 0
     studies = json.loads(capsys.readouterr().out)["studies"]
     assert set(studies) == set(QUICK)

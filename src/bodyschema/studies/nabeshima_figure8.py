@@ -3,22 +3,20 @@
 In the paper the tip of the rod is found at 27 s and identified at 59 s; the rod is moved at 75 s,
 noticed at 76 s, identified at 102 s; the head is moved at 113 s, noticed at 114 s, identified at
 124 s. The same course runs in MuJoCo (`watched_arm`) for the published learner, in several
-readings (`watched_readings`), and for ours.
+readings (`watched_readings`), and for ours. The runs are those of figure 9.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
-
-import tyro
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from bodyschema.errors import MissingExtraError
-from bodyschema.studies.nabeshima_figure9 import summarise
-from bodyschema.studies.study import Result, Rows, Task
-from bodyschema.studies.watched_arm import HEAD, ROD, SECONDS, Course
-from bodyschema.studies.watched_readings import FRESH, PRINTED, ReadingSettings
+from bodyschema.studies.nabeshima_figure9 import Figure9, summarise
+from bodyschema.studies.study import Result, Rows
+from bodyschema.studies.watched_arm import HEAD, ROD, SECONDS
+from bodyschema.studies.watched_readings import PRINTED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,27 +29,18 @@ PAPER = [
     [124.0, "identified", ""],
 ]
 """s: the printed course."""
+SHOWN = 4
+"""Experiments in the picture, of each reading."""
 
 
 @dataclass(frozen=True)
-class Figure8(ReadingSettings):
+class Figure8(Figure9):
     """The course of events of the paper's experiment, second by second."""
 
     paper: ClassVar[str] = "nabeshima"
     figure: ClassVar[str] = "figure8"
-
-    runs: Annotated[int, tyro.conf.arg(aliases=["--seeds"])] = 6
-    """Experiments; the picture has one line for each."""
-    seed: int = FRESH
-    """The same seed gives the same answer; the default reading was chosen on seed 0."""
-
-    def tasks(self) -> Sequence[Task]:
-        """One experiment each."""
-        return [Task(f"run {run}", {"run": run}) for run in range(self.runs)]
-
-    def work(self, task: Task) -> Result:
-        """The events of all readings on their streams, ours beside."""
-        return self.watch_all(task, self.seed, Course(self.noise_px), curves=False)
+    source: ClassVar[str] = "figure9"
+    """Of the runs."""
 
     def summary(self, results: Mapping[str, Result]) -> Result:
         """Medians over the runs, the paper's course beside."""
@@ -96,17 +85,18 @@ class Figure8(ReadingSettings):
         return Rows(headers, table, notes)
 
     def draw(self, summary: Mapping[str, Any], results: Mapping[str, Result]) -> Figure:
-        """Bars of observing, one line an experiment."""
+        """Bars of observing, a line each of the first experiments."""
         try:
             from matplotlib.figure import Figure
         except ImportError:
             raise MissingExtraError("matplotlib", "report", "the picture of a study") from None
+        shown = list(results.values())[:SHOWN]
         lines = [("paper", PAPER)]
         for reading in self.readings:
-            of = [result["faithful"][reading.name]["events"] for result in results.values()]
+            of = [result["faithful"][reading.name]["events"] for result in shown]
             lines += [(reading.name if i == 0 else "", events) for i, events in enumerate(of)]
         own = self.readings[0]
-        ours = [result["better"][own.name]["events"] for result in results.values()]
+        ours = [result["better"][own.name]["events"] for result in shown]
         label = f"ours, speed {own.speed:g}"
         lines += [(label if i == 0 else "", events) for i, events in enumerate(ours)]
         figure = Figure(figsize=(9, 1.5 + 0.16 * len(lines)), layout="constrained")

@@ -216,8 +216,9 @@ def watched(film: RodFilm, corners: Corners) -> Result:
 
 
 def _pictured(corners: Corners, winner: int | None, time: float, event: str) -> Result:
-    place = [[float(x) for x in row] if np.isfinite(row).all() else [-99.0, -99.0]
-             for row in corners.place]  # fmt: skip
+    place = [
+        [float(x) for x in row] if np.isfinite(row).all() else [None, None] for row in corners.place
+    ]
     words = "identified by the corner in the square" if event == "identified" else "changed"
     return {"left": packed(corners.left), "place": place, "winner": winner,
             "says": f"{time:.1f} s: {words}"}  # fmt: skip

@@ -9,14 +9,19 @@ import pytest
 from bodyschema.errors import InputError
 from bodyschema.studies.nabeshima_figure8 import Figure8
 from bodyschema.studies.nabeshima_figure9 import Figure9
-from bodyschema.studies.runner import run_study
+from bodyschema.studies.runner import run_study, settings_of
 from bodyschema.studies.watched_readings import CHOOSING, FRESH, NEAREST, PRINTED
 
 
 @pytest.fixture(scope="module")
-def done():
+def results():
+    return run_study(Figure9(runs=1, seed=CHOOSING), 1)
+
+
+@pytest.fixture(scope="module")
+def done(results):
     study = Figure9(runs=1, seed=CHOOSING)
-    return study, json.loads(json.dumps(study.summary(run_study(study, 1)), allow_nan=False))
+    return study, json.loads(json.dumps(study.summary(results), allow_nan=False))
 
 
 def test_the_flags_come_first_and_no_reading_twice():
@@ -37,6 +42,19 @@ def test_the_nearest_reading_notices_both_changes_without_a_false_alarm(done):
     assert summary["faithful"]["detected"] == 1.0
     assert summary["faithful"]["false_alarms"] == 0
     assert summary["faithful"]["delay_s"]["median"] == pytest.approx(0.3, abs=0.05)
+
+
+def test_figure_8_tells_the_same_runs_as_a_course(results):
+    study = Figure8(runs=1, seed=CHOOSING)
+    assert settings_of(study) == settings_of(Figure9(runs=1, seed=CHOOSING))
+    table = study.rows(study.summary(results))
+    paper, nearest, ours = table.rows[:3]
+    assert paper == ["paper", "59", "76", "102", "114", "124"]
+    known, rod, again = (float(cell) for cell in nearest[1:4])
+    assert 8 < known < 20
+    assert rod == pytest.approx(75.3, abs=0.1)
+    assert 80 < again < 95
+    assert float(ours[3]) < again - 5
 
 
 def test_as_printed_in_fast_motion_it_raises_false_alarms_all_the_time(done):
