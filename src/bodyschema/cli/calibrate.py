@@ -18,6 +18,7 @@ from bodyschema.cli.reading.joint_columns import JointColumns
 from bodyschema.cli.reading.run_entries import FrameEntry, FreeEntry
 from bodyschema.cli.reading.sense_entry import SenseEntry
 from bodyschema.cli.run_file import RunFile, read_run_file
+from bodyschema.documents import is_file
 from bodyschema.errors import InputError, shown
 
 if TYPE_CHECKING:
@@ -238,8 +239,9 @@ class Calibrate:
         out = shlex.quote(str(self.out))
         check = f"bodyschema check {out} --recording tomorrow.csv"
         export = f"bodyschema export {out} --robot other.urdf --out corrected.urdf"
+        mjcf = self.out / "robot.xml"
         return (
-            f"\n{robot} {self.out / 'robot.urdf'}   "
+            f"\n{robot} {mjcf if is_file(mjcf) else self.out / 'robot.urdf'}   "
             f"all numbers: {self.out / 'calibration.yaml'}\n{report}"
             f"Next: {check if learned else export}"
         )

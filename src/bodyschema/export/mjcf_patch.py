@@ -43,6 +43,7 @@ class MjcfPatch:
         self._found: dict[tuple[str, str], _Element] = {}
         self._others: list[_Element] = []
         self._open: list[str] = []
+        self._of_files = False
         self._set: dict[int, dict[str, str]] = {}
         self._dropped: dict[int, set[str]] = {}
         self._children: dict[int, list[str]] = {}
@@ -94,7 +95,9 @@ class MjcfPatch:
             full = {key: str(folder / value) for key, value in given.items()}
             if full and element.tag != "mujoco":
                 self._set.setdefault(element.start, {}).update(full)
-        if not any(key in one.attributes for one in compilers for key in FOLDERS):
+        if self._of_files and not any(
+            key in one.attributes for one in compilers for key in FOLDERS
+        ):
             root = next(one for one in self._others if one.tag == "mujoco")
             text = (
                 f"<compiler meshdir={quoteattr(str(folder))} texturedir={quoteattr(str(folder))}/>"
@@ -148,6 +151,7 @@ class MjcfPatch:
         above = [one for one in self._open if one in ("body", "frame", "worldbody", "replicate")]
         framed = bool(above) and above[-1] not in ("body", "worldbody")
         element = _Element(tag, attributes, self._parser.CurrentByteIndex, framed)
+        self._of_files |= "file" in attributes
         if "worldbody" in self._open and "name" in attributes:
             self._found.setdefault((tag, attributes["name"]), element)
         elif tag in ("mujoco", "compiler", "include"):
