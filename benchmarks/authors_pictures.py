@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -95,6 +96,7 @@ def measure(
             "size": round(float(np.mean([end[1] for end in ends])), 3),
             "seconds": round((time.process_time() - begin) / runs, 1),
         }
+        print(f"{name}: {found[name]}", file=sys.stderr, flush=True)
     return found
 
 

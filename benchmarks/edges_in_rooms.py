@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -113,7 +114,8 @@ def measure(
         begin = time.process_time()
         runs = [run(n, frames, room, head, what, rate) for n in range(movements)]
         errors, sizes = np.array([r[0] for r in runs]), np.array([r[1] for r in runs])
-        found[f"{room} {head} {what} {rate:g}"] = {
+        name = f"{room} {head} {what} {rate:g}"
+        found[name] = {
             "without": errors[:, -1, 0].mean(axis=0).round(1).tolist(),
             "end": errors[:, -1, 1].mean(axis=0).round(1).tolist(),
             "last_median": np.median(errors[:, -LAST:, 1], axis=1).mean(axis=0).round(1).tolist(),
@@ -121,6 +123,7 @@ def measure(
             "size_last": round(float(sizes[:, -10:].mean()), 4),
             "seconds": round(time.process_time() - begin, 1),
         }
+        print(f"{name}: {found[name]}", file=sys.stderr, flush=True)
     return found
 
 

@@ -38,10 +38,10 @@ def vicente2016() -> Iterable[Entry]:
         told = TOLD[figure]
         yield _entry(figure, CLOSED, MOVEMENTS, told)
     for figure in ("table2", "figure9"):
-        yield _entry(figure, CLOSED, {"runs": 4, "closed_frames": 0}, _table2())
-    yield _entry("generalisation", QUICK, {"runs": 6}, _generalisation())
+        yield _entry(figure, CLOSED, {"runs": 2, "closed_frames": 0}, _table2())
+    yield _entry("generalisation", QUICK, {"runs": 4}, _generalisation())
     for figure in ("figure12", "figure13"):
-        yield _entry(figure, CLOSED | {"particles": 50}, {"runs": 2}, _figure12())
+        yield _entry(figure, CLOSED | {"particles": 50}, {"runs": 1}, _figure12())
 
 
 def _entry(

@@ -81,7 +81,7 @@ class Trace:
     """Effective sample size over the particle count."""
     nees: list[float]
     seconds: float
-    """Processor time of the learner alone."""
+    """Processor time of the learner alone; without its first frame, in which it may be compiled."""
 
 
 @lru_cache(maxsize=2)
@@ -186,7 +186,8 @@ def _learn(
     """One step with what the robot believes of its cameras; adds to the learner's time."""
     begin = time.process_time()
     state, (info,) = learner.step(state, (replace(images, cameras=mine.cameras),))
-    trace.seconds += time.process_time() - begin
+    took = time.process_time() - begin
+    trace.seconds = took if len(trace.sizes) == 1 else trace.seconds + took
     return state, info
 
 
