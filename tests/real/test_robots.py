@@ -136,3 +136,26 @@ def test_to_mjcf_and_back(name: str, tmp_path: Path) -> None:
         mujoco.mj_kinematics(model, data)
         there = np.array([data.body(frame).xpos for frame in body.frames])
         assert np.abs(T[:, :3, 3] - there).max() < 4e-15
+
+
+def test_a_camera_that_the_description_has(arm: Path, tmp_path: Path) -> None:
+    """Its mount, 10 mm and 0.1 rad off, is corrected in place, by export too."""
+    mount = '<origin xyz="0.03 -0.05 0.07" rpy="0.1 0 0.4"/>'
+    joint = (
+        '<joint name="mount" type="fixed"><parent link="flange"/><child link="camera"/>{}</joint>'
+    )
+    added = f'<link name="camera"/>{joint.format(mount)}</robot>'
+    (tmp_path / "arm.urdf").write_text(arm.read_text().replace("</robot>", added))
+    data = arm.parents[1] / "D_millimetres" / "data.csv"
+    known = 'parent = "flange"\nknown = "roughly"'
+    text = RUN.replace('parent = "{flange}"', known).format(robot="arm.urdf", data=data)
+    (tmp_path / "run.toml").write_text(text)
+    out, again = tmp_path / "out", tmp_path / "again.urdf"
+    assert run(["calibrate", str(tmp_path / "run.toml"), "--out", str(out)]) == 0
+    body = Body.from_urdf(out / "robot.urdf")
+    T = body.placement[body.frame_index("camera")]
+    assert T[:3, 3] == pytest.approx([0.03, -0.05, 0.06], abs=5e-4)
+    assert not (out / "transforms.yaml").read_text().count("child: camera")
+    urdf = str(tmp_path / "arm.urdf")
+    assert run(["export", str(out), "--robot", urdf, "--out", str(again)]) == 0
+    assert again.read_bytes() == (out / "robot.urdf").read_bytes()

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import cast
 
-from bodyschema import lie
 from bodyschema.cli.reading.board_pictures import Photograph
 from bodyschema.cli.reading.board_senses import (
     board_remarks,
@@ -24,7 +23,7 @@ from bodyschema.cli.reading.recorded_senses import (
     reading_remarks,
     source_of,
 )
-from bodyschema.cli.reading.robot import robot_of
+from bodyschema.cli.reading.robot import robot_of, with_frame
 from bodyschema.cli.reading.sense_kinds import parts_of
 from bodyschema.cli.reading.streams import Streams
 from bodyschema.cli.run_file import RunFile
@@ -98,8 +97,7 @@ def described(run: RunFile) -> Body:
 def with_frames(run: RunFile, body: Body) -> Body:
     """The body with the frames of a run file."""
     for name, entry in run.frames.items():
-        T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
-        body = body.attach(name, entry.parent, T)
+        body = with_frame(body, name, entry)
     return body
 
 

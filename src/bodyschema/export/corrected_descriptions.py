@@ -79,7 +79,7 @@ def corrected_description(
     if not is_urdf(robot):
         text, nominal = None, read_description(robot, packages, arguments)
         corrected = corrected_body(calibration, nominal)
-        refuse_nothing(calibration)
+        refuse_nothing(calibration, nominal)
         changed, loads = sorted(urdf_edits(nominal, corrected)), carried_loads(calibration)
         patched = write_urdf(corrected)
         for link, carried in loads.items():
@@ -104,7 +104,7 @@ def corrected_description(
 def _mjcf_of_mjcf(calibration: Calibration, robot: Path, out: Path, add_frames: bool) -> Corrected:
     nominal = read_description(robot)
     corrected = corrected_body(calibration, nominal)
-    refuse_nothing(calibration)
+    refuse_nothing(calibration, nominal)
     added = added_frames(calibration, nominal) if add_frames else []
     elsewhere = out.resolve().parent != robot.resolve().parent
     text, changed = edited_mjcf(robot, nominal, corrected, added, elsewhere)

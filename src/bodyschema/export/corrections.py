@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bodyschema.errors import InputError, did_you_mean
 from bodyschema.export.payload import carried_loads, urdf_with_load
+from bodyschema.export.static_transforms import estimated_frames
 from bodyschema.export.urdf_edits import urdf_edits
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.judging.calibration import Calibration
@@ -41,12 +42,31 @@ def corrected_body(calibration: Calibration, nominal: Body) -> Body:
     if unknown:
         hint = did_you_mean(unknown[0], free.names)
         raise InputError(f"'{nominal.name}' has no {unknown[0]}{hint}")
-    return nominal.with_variables(free, [wanted.get(n, 0.0) for n in free.names])
+    body = nominal.with_variables(free, [wanted.get(n, 0.0) for n in free.names])
+    found = settled(calibration).body
+    for frame in described_frames(calibration, nominal):
+        body = body.with_placement(frame, found.placement[found.frame_index(frame)])
+    return body
 
 
-def refuse_nothing(calibration: Calibration) -> None:
+def described_frames(calibration: Calibration, nominal: Body) -> tuple[str, ...]:
+    """The estimated frames that a robot has itself, on the same parent."""
+    ours = calibration.estimate.reference
+
+    def parent(body: Body, frame: str) -> str:
+        return body.frames[body.parent[body.frame_index(frame)]]
+
+    return tuple(
+        frame
+        for frame in estimated_frames(calibration.estimate.variables)
+        if frame in nominal.frames and parent(ours, frame) == parent(nominal, frame)
+    )
+
+
+def refuse_nothing(calibration: Calibration, nominal: Body) -> None:
     """Refuse an answer that changes nothing on a robot. Raises InputError."""
-    if not joint_corrections(calibration) and not carried_loads(calibration):
+    placed = described_frames(calibration, nominal)
+    if not (placed or joint_corrections(calibration) or carried_loads(calibration)):
         raise InputError(
             "the result corrects no joint and knows no load on a link of a robot; "
             "there is nothing to export."
@@ -71,7 +91,7 @@ def corrected_urdf(
         InputError: nothing may be put on a robot, or this one lacks a joint or the sensor's link.
     """
     body, loads = corrected_body(calibration, nominal), carried_loads(calibration)
-    refuse_nothing(calibration)
+    refuse_nothing(calibration, nominal)
     edits, changed = urdf_edits(nominal, body, stops), []
     patched = patch_urdf(text, edits)
     for link, carried in loads.items():

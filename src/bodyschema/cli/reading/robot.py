@@ -6,7 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bodyschema import lie
+from bodyschema.errors import InputError
+from bodyschema.model.kernels import FIXED
+
 if TYPE_CHECKING:
+    from bodyschema.cli.reading.run_entries import FrameEntry
     from bodyschema.cli.run_file import RunFile
     from bodyschema.model.tree import Body
 
@@ -36,6 +41,35 @@ def read_robot(
 def robot_of(run: RunFile, path: Path | None = None) -> Body:
     """The robot of a run, or another description of it."""
     return read_robot(path or Path(run.robot), run.packages, run.robot_arguments)
+
+
+def with_frame(body: Body, name: str, entry: FrameEntry) -> Body:
+    """The body with a frame of a run file, or with its own where it has one that is doubted.
+
+    Args:
+        body: of the description, and of the frames named before.
+        name: of the frame.
+        entry: a place of zeros is that of the description, where this has the frame.
+
+    Raises:
+        InputError: the description has such a frame which a joint moves, or on another parent.
+    """
+    T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
+    if name not in body.frames:
+        return body.attach(name, entry.parent, T)
+    k = body.frame_index(name)
+    if body.kind[k] != FIXED or not k:
+        raise InputError(
+            f"[frames.{name}]: {body.name} has a frame '{name}', which "
+            f"{'is its root' if not k else 'a joint moves'}; choose another name."
+        )
+    parent = body.frames[body.parent[k]]
+    if entry.parent != parent:
+        raise InputError(
+            f"[frames.{name}] hangs on '{entry.parent}', and in the robot description on "
+            f"'{parent}'; name that one, or choose another name."
+        )
+    return body.with_placement(name, T) if any((*entry.xyz, *entry.rpy)) else body
 
 
 def argument_words(table: Any) -> Any:
