@@ -7,7 +7,7 @@ lines explain is held against that of the clock:
 
     r = J dx + lag w + tau (v - mean) w
 
-The standard error counts the corners of one picture as one (their residuals share much).
+The standard error leaves out one picture after the other: residuals of one share much.
 """
 
 from __future__ import annotations
@@ -68,9 +68,8 @@ def _of_one(fit: Estimate, sense: Pixels, rate: Array) -> list[str]:
     if size < 1e-9 * float(np.sum((speed * lines[:, None]) ** 2)):
         return []
     tau = float(slope @ r) / size
-    pulls = slope * (r - tau * slope)
     pictures = np.unique(np.repeat(sense.rows, 2), return_inverse=True)[1]
-    error = float(np.sqrt(np.sum(np.bincount(pictures, weights=pulls) ** 2))) / size
+    error = _jackknife(_sums(pictures, slope * r), _sums(pictures, slope**2))
     share = tau**2 * size / max(float(r @ r), 1e-300)
     whole = max(float(np.sum(left**2)), 1e-300)
     clock = 1 - float(r @ r) / whole
@@ -84,6 +83,21 @@ def _of_one(fit: Estimate, sense: Pixels, rate: Array) -> list[str]:
         "arm come to rest for each picture, or move it more slowly."
     )
     return [f"The {found}" if sure else f"Perhaps {found}"]
+
+
+def _sums(pictures: NDArray[np.int64], values: Array) -> Array:
+    """Of each picture, (p,)."""
+    return np.bincount(pictures, weights=values).astype(np.float64)
+
+
+def _jackknife(tops: Array, bottoms: Array) -> float:
+    """Standard error of sum(tops) / sum(bottoms), leaving one picture out after the other."""
+    top, bottom, n = tops.sum(), bottoms.sum(), len(tops)
+    kept = bottom - bottoms
+    if n < 2 or kept.min() < 1e-9 * bottom:
+        return float("inf")
+    without = (top - tops) / kept
+    return float(np.sqrt((n - 1) / n * np.sum((without - top / bottom) ** 2)))
 
 
 def _basis(J: Array) -> Array:

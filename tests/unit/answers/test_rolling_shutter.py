@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -68,9 +70,27 @@ def test_a_late_clock_is_no_shutter() -> None:
     assert all(said.startswith("Perhaps") for said in rolling_shutters(fit, [sense]))
 
 
-def test_an_arm_at_rest_tells_nothing() -> None:
-    from dataclasses import replace
+def test_a_shutter_that_hardly_matters_is_not_worth_a_word() -> None:
+    """0.2 us a line are certain, and explain hardly anything of what is left."""
+    fit, sense = fitted(2e-7)
+    assert rolling_shutters(fit, [sense]) == ()
 
+
+def test_lines_that_disagree_from_picture_to_picture_are_no_shutter() -> None:
+    """Pictures sheared to and fro: one slope explains some of it by chance, each another thing."""
+    fit, sense = fitted(0.0)
+    sense = sense.take(sense.rows < 25)
+    linear = sense.linearize(fit.reference, fit.variables, fit.x)
+    assert sense.rate is not None
+    speed = -np.einsum("nij,nj->ni", linear.by_joint, sense.rate)
+    by_line = speed * (sense.observed[:, 1] - sense.observed[:, 1].mean())[:, None]
+    for seed in (1, 4, 5):
+        shear = LINE * np.random.default_rng(seed).normal(size=25)[sense.rows]
+        sheared = replace(sense, observed=sense.observed + shear[:, None] * by_line)
+        assert rolling_shutters(replace(fit, outliers=()), [sheared]) == ()
+
+
+def test_an_arm_at_rest_tells_nothing() -> None:
     fit, sense = fitted(LINE)
     still = replace(sense, rate=np.zeros_like(sense.q))
     assert rolling_shutters(fit, [still]) == ()
