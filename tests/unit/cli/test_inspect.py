@@ -11,6 +11,7 @@ import pytest
 from bodyschema.cli import run
 from bodyschema.cli.run_file import read_run_file
 from bodyschema.sources.tables import write_table
+from lerobot_folder import VERSION_3, write_info, write_rows
 
 RECORDING = {"csv": "recording.csv", "bag": "recording", "lerobot": "dataset"}
 
@@ -78,3 +79,21 @@ def test_ticks_names_and_clocks_go_into_the_run_file(tmp_path: Path) -> None:
     assert entry.scale == pytest.approx(360 / 4096)
     assert asked.time == "t_ns"
     assert (asked.senses[0].kind, asked.senses[0].unit) == ("points", "mm")
+
+
+def test_the_calibration_of_a_data_set_in_percent(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """LeRobot's file beside it says what one percent is."""
+    state = {"dtype": "float32", "shape": [2], "names": ["shoulder.pos", "elbow.pos"]}
+    write_info(tmp_path / "set", VERSION_3, features={"observation.state": state})
+    place = {"chunk_index": 0, "file_index": 0}
+    rows = np.linspace([-100, 0], [100, 50], 12).astype(np.float32)
+    write_rows(tmp_path / "set" / VERSION_3["data_path"].format(**place), rows, [0])
+    motor = {"id": 1, "drive_mode": 0, "homing_offset": 0, "range_min": 0, "range_max": 9}
+    (tmp_path / "so101.json").write_text(json.dumps({"elbow": motor}))
+    text = tmp_path / "run.toml"
+    assert run(["inspect", str(tmp_path / "set"), "--write", str(text), "--json"]) == 0
+    joints = read_run_file(text).joints
+    assert (joints.unit, joints.motors["elbow"].range_max) == ("percent", 9)
+    assert 'calibration = "so101.json"' in text.read_text()
