@@ -237,15 +237,12 @@ def _seen(detector: BodyFinder, film: Film, joints: int, confirm: bool) -> Resul
 
 def _delay_error(films: Sequence[Result]) -> Result:
     """ms; median and 90 % of the size of the error at the end."""
-    errors = [film["lag_error"] for film in films]
-    known = [1e3 * abs(error) for error in errors if error is not None]
-    return quantiles(known) | {"unknown": len(errors) - len(known)}
+    known = [1e3 * abs(film["lag_error"]) for film in films if film["lag_error"] is not None]
+    return quantiles(known) | {"unknown": len(films) - len(known)}
 
 
 def _cell(found: Mapping[str, float | None] | None) -> str:
-    if found is None:
-        return "-"
-    both = (found[what] for what in ("precision", "recall"))
+    both = [found[what] for what in ("precision", "recall")] if found else [None]
     return "/".join("-" if value is None else f"{value:.2f}" for value in both)
 
 
