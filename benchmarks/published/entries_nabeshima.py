@@ -93,11 +93,11 @@ def _corners() -> Entry:
         "rotation_deg.median": Told("camera turned wrong, deg"),
         "camera_mm.median": Told("camera misplaced, mm"),
         "on_hand_share.median": Told("share of the corners on the hand"),
-        "within_bounds": Told("films in which both errors are within their bounds, of 3"),
+        "within_bounds": Told("films in which both errors are within their bounds, of 2"),
     }
     small = {"runs": 1, "waggle": 2.0, "seconds": 3.0}
     least = {"*deg*": 0.5, "*_mm*": 20.0}
-    return _entry("corners", small, {"runs": 3}, told, least=least, copies=3)
+    return _entry("corners", small, {"runs": 2}, told, least=least, copies=3)
 
 
 def _find_body() -> Entry:
