@@ -201,6 +201,24 @@ def test_all_up_to_a_cut_is_read(tmp_path: Path, chunks: bool) -> None:
         open_recording(whole)
 
 
+def test_a_chunk_whose_indexes_break_off_is_lost_for_all_topics(bag: Path) -> None:
+    """One topic of it would be read and another one not."""
+    pytest.importorskip("rosbags")
+    from bodyschema.sources.mended_mcap import MESSAGE_INDEX, whole_records
+    from input_writers import EYE, FORMS, JOINTS, POSE
+
+    columns = dict.fromkeys(("a", *POSE), np.ones(9))
+    FORMS["MCAP by rosbags"](columns, bag.parent)
+    (path,) = (bag.parent / "mcap").glob("*.mcap")
+    lone = path.rename(bag.parent / "lone.mcap")
+    with lone.open("rb") as file:
+        first = next(record for record in whole_records(file) if record.kind == MESSAGE_INDEX)
+    lone.write_bytes(lone.read_bytes()[: first.at + first.length + 3])
+    for topic in (JOINTS, EYE):
+        with pytest.raises(InputError):
+            open_recording(f"{lone}#{topic}")
+
+
 def test_a_file_that_ends_as_it_should_says_nothing(tmp_path: Path) -> None:
     pytest.importorskip("rosbags")
     assert open_recording(f"{many_messages(tmp_path, 5)}#/joint_states").remarks == ()
