@@ -90,6 +90,12 @@ def test_lines_that_disagree_from_picture_to_picture_are_no_shutter() -> None:
         assert rolling_shutters(replace(fit, outliers=()), [sheared]) == ()
 
 
+def test_a_clock_that_explains_more_leaves_a_perhaps() -> None:
+    fit, sense = fitted(20e-6, lag=0.03)
+    (said,) = rolling_shutters(fit, [sense])
+    assert said.startswith("Perhaps lines")
+
+
 def test_an_arm_at_rest_tells_nothing() -> None:
     fit, sense = fitted(LINE)
     still = replace(sense, rate=np.zeros_like(sense.q))
