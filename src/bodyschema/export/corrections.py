@@ -54,7 +54,7 @@ def described_frames(calibration: Calibration, nominal: Body) -> tuple[str, ...]
     ours = calibration.estimate.reference
 
     def parent(body: Body, frame: str) -> str:
-        return body.frames[body.parent[body.frame_index(frame)]]
+        return body.frames[int(body.parent[body.frame_index(frame)])]
 
     return tuple(
         frame
