@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from bodyschema import lie
 from bodyschema.errors import InputError
-from bodyschema.model.kernels import FIXED
 
 if TYPE_CHECKING:
     from bodyschema.cli.reading.run_entries import FrameEntry
@@ -54,6 +53,8 @@ def with_frame(body: Body, name: str, entry: FrameEntry) -> Body:
     Raises:
         InputError: the description has such a frame which a joint moves, or on another parent.
     """
+    from bodyschema.model.kernels import FIXED  # its compiler is not for the help
+
     T = lie.transform(lie.rotation_from_rpy(entry.rpy), entry.xyz)
     if name not in body.frames:
         return body.attach(name, entry.parent, T)
