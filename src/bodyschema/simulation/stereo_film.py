@@ -72,7 +72,7 @@ class StereoFilm:
         self._noise, self._rng, self._mujoco = noise, rng, mujoco
         self.stereo: Stereo = katana.stereo(PIXEL_NOISE)
         robot = five_joint_arm(mujoco, lambda spec: stage.add_patterns(spec, mujoco, rng), rng)
-        self.T_world_cam, self.joints = robot.T_world_cam, robot.arm
+        self._robot, self.T_world_cam, self.joints = robot, robot.T_world_cam, robot.arm
         self.home = np.array([robot.home[name] for name in robot.arm])
         spec = robot.spec
         patterns = [material.name for material in spec.materials]

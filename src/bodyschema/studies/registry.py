@@ -33,6 +33,7 @@ STUDIES: dict[tuple[str, str], str] = {
     ("nabeshima", "figure11"): "nabeshima_figure11:Figure11",
     ("nabeshima", "touch"): "nabeshima_touch:TouchStudy",
     ("nabeshima", "payload"): "nabeshima_payload:Payload",
+    ("nabeshima", "life"): "nabeshima_life:Life",
     ("vicente2016", "table1"): "vicente2016_table1:Table1",
     ("vicente2016", "table2"): "vicente2016_table2:Table2",
     ("vicente2016", "generalisation"): "vicente2016_generalisation:Generalisation",

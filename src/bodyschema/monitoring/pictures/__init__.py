@@ -1,0 +1,1 @@
+"""Watching hand and eye in the pictures of a stereo pair."""
