@@ -181,6 +181,34 @@ def xml_of(content: bytes, rng: random.Random) -> bytes:
     return ET.tostring(root)
 
 
+def yaml_of(content: bytes, rng: random.Random) -> bytes:
+    """A table of YAML, anchors that double one another, or the text."""
+    import yaml
+
+    if not rng.randrange(30):
+        rows = [
+            "a0: &a0 [1.0, 1.0]",
+            *(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]" for i in range(1, 40)),
+        ]
+        key = rng.choice(("k", "d", "intrinsics", "image_width", "distortion_model", "roi"))
+        return "\n".join([*rows, f"{key}: *a39", content.decode()]).encode()
+    if rng.randrange(2) or content.startswith(b"%"):
+        return text_of(content, rng)
+    table = tree_of(yaml.safe_load(content), rng)
+    return yaml.safe_dump(table).encode("utf-8", "surrogatepass")
+
+
+def cut_of(content: bytes, rng: random.Random) -> bytes:
+    """The first bytes, at times with others at the end or in between."""
+    kept = content[: rng.randrange(8, len(content))]
+    kind = rng.randrange(4)
+    if kind == 0:
+        kept += bytes(rng.randrange(1, 5000))
+    elif kind == 1:
+        kept = bytes_of(kept, rng)
+    return kept
+
+
 def csv_of(content: bytes, rng: random.Random) -> bytes:
     """Columns, rows and cells lost, doubled and odd, or the text."""
     kind = rng.randrange(9)
@@ -253,6 +281,6 @@ def png_of(content: bytes, rng: random.Random) -> bytes:
 
 MUTATIONS: dict[str, Mutation] = {
     "bytes": bytes_of, "text": text_of, "json": json_of, "toml": toml_of, "xml": xml_of,
-    "csv": csv_of, "parquet": parquet_of, "png": png_of,
+    "csv": csv_of, "parquet": parquet_of, "png": png_of, "yaml": yaml_of, "cut": cut_of,
 }  # fmt: skip
 """By the word that a reader's seed gives a file."""

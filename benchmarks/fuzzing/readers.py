@@ -14,7 +14,7 @@ import numpy as np
 import bodyschema as bs
 from bodyschema.export.urdf_patch import patch_urdf
 from bodyschema.model.meshes import triangles_of
-from fuzzing import odd, seeds
+from fuzzing import forms, odd, seeds
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,45 @@ def _mesh(path: Path, rng: random.Random) -> None:
 
 def _body(body: bs.Body) -> None:
     bs.relative_pose(body, np.zeros((2, len(body.joints))), body.frames[0], body.frames[-1])
+
+
+def _mjcf(path: Path, rng: random.Random) -> None:
+    from bodyschema.export.mjcf_patch import MjcfPatch
+
+    body = bs.Body.from_file(path)
+    _body(body)
+    MjcfPatch(path.read_bytes(), path.name).text()
+
+
+def _lens(path: Path, rng: random.Random) -> None:
+    from bodyschema.model.lens_file import read_lens
+
+    read_lens(f"{path}{'#cam1' * ('kalibr' in path.name)}")
+
+
+def _motors(path: Path, rng: random.Random) -> None:
+    """What one in a column is, and the file with its zeros put right."""
+    import json
+
+    from bodyschema.cli.reading.corrected_joints import with_motors
+    from bodyschema.sources.motors import UNITS, read_motors
+
+    motors = read_motors(path)
+    slid = {name: motor.slid(2.5) for name, motor in motors.items()}
+    for name, motor in slid.items():
+        for unit in UNITS:
+            motor.degrees(unit, name == "gripper")
+    json.dumps(with_motors(json.loads(path.read_bytes()), slid))
+
+
+def _cut(path: Path, rng: random.Random) -> None:
+    """A topic, all of them, or what `inspect` says."""
+    kind = rng.randrange(3)
+    if kind == 2:
+        code = seeds.quietly("inspect", str(path))
+        assert code in (0, 2), f"exit {code}"
+        return
+    bs.open_recording(f"{path}#/joint_states" if kind else path).time()
 
 
 def _calibrate(path: Path, rng: random.Random) -> None:
@@ -198,6 +237,17 @@ READERS: dict[str, Reader] = {
         seeds.described, {"dh.toml": "toml", "dh.json": "json"},
         lambda p, _: _body(bs.Body.from_dh(p)), 2,
     ),
+    "mjcf": Reader(forms.robots, {"arm.xml": "xml"}, _mjcf, 2),
+    "joint tables": Reader(
+        forms.robots, {"branches.toml": "toml", "space.toml": "toml", "body.toml": "toml",
+                       "cell.toml": "toml"}, lambda p, _: _body(bs.Body.from_file(p)), 2,
+    ),
+    "lenses": Reader(
+        forms.lenses, {"ros.yaml": "yaml", "kalibr.yaml": "yaml", "marked.yml": "yaml",
+                       "opencv.xml": "xml", "lens.json": "json"}, _lens, 2,
+    ),
+    "motors": Reader(forms.motors, {"motors.json": "json"}, _motors, 1),
+    "cut bags": Reader(forms.cut_bags, {"*.mcap": "cut"}, _cut, 1),
     "arrangement": Reader(
         seeds.described, {"arm.toml": "toml"}, lambda p, _: _body(bs.Body.from_arrangement(p)), 1
     ),

@@ -35,6 +35,7 @@ from bodyschema.monitoring.stream_check import (
 from bodyschema.monitoring.two_beliefs import two_beliefs
 from bodyschema.senses.images import Images
 from bodyschema.senses.sense import Sense
+from bodyschema.units import millimetres, shown
 
 Array = NDArray[np.float64]
 
@@ -181,9 +182,15 @@ def recheck_senses(
         stream = check_stream(stored.widened, senses, half)
     else:
         test = stored.check(senses, false_alarm, least)
-    size = f"{1e3 * test.position_rms:.2f} mm typical error over {rows} postures"
+    sizes = " and ".join(_size(rms, unit) for unit, rms in test.typical.items())
+    size = f"{sizes} typical error over {rows} postures"
     then = "look at it, then calibrate anew from a fresh recording."
     return Recheck(test, rows, size, then), stream
+
+
+def _size(rms: float, unit: str) -> str:
+    """In the unit that people read; mm to two decimals."""
+    return f"{millimetres(rms)} mm" if unit == "m" else shown(rms, unit)
 
 
 def _refuse_back(senses: Sequence[Sense]) -> None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import re
+import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -144,6 +145,10 @@ def _camera(table: Mapping[str, Any], camera: str, name: str) -> Mapping[str, An
         if isinstance(value, Mapping) and _found(value, "matrix") is not None
     }
     if camera or (_found(table, "matrix") is None and inner):
+        if camera and not inner:
+            raise InputError(
+                f"'{name}' has one lens and no cameras of their own; leave out {MARK}{camera}."
+            )
         if camera not in inner and (camera or len(inner) > 1):
             raise InputError(
                 f"'{name}' has the cameras {', '.join(map(str, inner))}; name one: "
@@ -169,11 +174,16 @@ def _numbers(value: Any, what: str) -> tuple[float, ...]:
     try:
         # YAML takes 1e-05 for a word.
         numbers = tuple(float(v) for v in listed)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} should be numbers, it is '{value!s:.60}'.") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{what} should be numbers, it is {_short(value)}.") from None
     if not all(abs(v) < 1e12 for v in numbers):
         raise InputError(f"{what} has a number that is none of a lens: {numbers!s:.60}.")
     return numbers
+
+
+def _short(value: Any) -> str:
+    """The beginning of a value; YAML's aliases may double one another, so it is never whole."""
+    return reprlib.repr(value)[:60]
 
 
 def _matrix(table: Mapping[str, Any], name: str) -> tuple[float, float, float, float]:
@@ -205,9 +215,10 @@ def _size(table: Mapping[str, Any], name: str) -> tuple[int, int] | None:
 def _model(table: Mapping[str, Any], given: Sequence[float], name: str) -> str:
     """The model of the distortion, by its name, OpenCV's mark of a fisheye, or its count."""
     said = _found(table, "model")
-    word = str(said[0] if isinstance(said, list) and said else said or "").lower()
+    first = said[0] if isinstance(said, list) and said else said or ""
+    word = first.lower() if isinstance(first, str) else _short(first)
     if word not in CALLED:
-        raise InputError(f"distortion_model '{said}' in '{name}'{did_you_mean(word, CALLED)}")
+        raise InputError(f"distortion_model '{word}' in '{name}'{did_you_mean(word, CALLED)}")
     if any(_numbers(table.get("fisheye_model", 0), f"fisheye_model in '{name}'")):
         return FISHEYE
     longer = len(given) > len(MODELS[PLUMB_BOB].names)

@@ -18,6 +18,7 @@ from typing import Any
 
 from bodyschema.documents import file_bytes
 from bodyschema.errors import InputError, MissingExtraError
+from bodyschema.model.mjcf_copies import refuse_copies
 from bodyschema.model.mjcf_tree import MjcfTree
 from bodyschema.model.mjcf_visuals import mjcf_visuals
 from bodyschema.model.tree import Body
@@ -73,8 +74,9 @@ def compiled_mjcf(mujoco: Any, path: Path) -> tuple[Any, Any, str]:
     """The model, its specification, and why it is without its shapes; "" where it has them.
 
     Raises:
-        InputError: MuJoCo does not compile it.
+        InputError: MuJoCo does not compile it, or would make too many copies.
     """
+    refuse_copies(path)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except Exception as error:

@@ -30,10 +30,11 @@ are worth less than their number: L is that of an estimate as wide as its own sa
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from bodyschema.estimation.discrepancy import Field
 from bodyschema.estimation.estimate import Estimate
@@ -72,9 +73,12 @@ class ChangeTest:
     suspects: tuple[Suspect, ...]
     """Parts that explain the change about equally well, best first; empty when unchanged."""
     position_rms: float
-    """m: of the new samples under the calibrated body, outliers not counted."""
+    """m: of the new samples under the calibrated body, outliers not counted; nan where no place
+    was seen."""
     alone: bool = True
     """One part explains the change as well as all parts together do."""
+    typical: Mapping[str, float] = field(default_factory=dict)
+    """The same of all that was seen, by its unit: "m", "px", "N"."""
 
 
 @one_thread
@@ -122,7 +126,8 @@ def detect_change(
     changed = p_value < false_alarm and matters
     alone = close[0].share > MOST or all_evidence - strongest < CLOSE
     suspects = tuple(close) if changed else ()
-    return ChangeTest(changed, p_value, suspects, _typical(estimate.body, senses), alone)
+    typical = _typical(estimate.body, senses)
+    return ChangeTest(changed, p_value, suspects, typical.get("m", float("nan")), alone, typical)
 
 
 def _effect(
@@ -139,7 +144,16 @@ def _effect(
     return max(found)
 
 
-def _typical(body: Body, senses: Sequence[Sense]) -> float:
-    """Root mean square position residual in m, from its median: outliers do not count."""
-    lengths = [np.linalg.norm(sense.residual(body)[:, :3], axis=1) for sense in senses]
-    return float(np.median(np.concatenate(lengths)) * np.sqrt(3) / 1.538)
+def _typical(body: Body, senses: Sequence[Sense]) -> dict[str, float]:
+    """Root mean square residual by unit, from its median: outliers do not count.
+
+    Of a sense with several measures the first: of poses the position.
+    """
+    lengths: dict[str, list[Array]] = {}
+    for sense in senses:
+        _, unit, rows = sense.components[0]
+        r = sense.residual(body)[:, rows]
+        d = r.shape[1]
+        one = np.sqrt(d / chdtri(d, 0.5)) * np.linalg.norm(r, axis=1)
+        lengths.setdefault(unit, []).append(one)
+    return {unit: float(np.median(np.concatenate(all_))) for unit, all_ in lengths.items()}

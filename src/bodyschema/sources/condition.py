@@ -17,6 +17,11 @@ OPERATORS: dict[str, Callable[..., NDArray[np.bool_]]] = {
     "<": operator.lt, ">": operator.gt,
 }  # fmt: skip
 
+_AND = re.compile(r"\s+and\s+")
+
+_QUOTED = re.compile(r"[=!]=\s*('[^']*'|\"[^\"]*\")(?=\s+and\s|\s*\Z)")
+"""A text that a cell is compared with; "and" in it joins no conditions."""
+
 _PART = re.compile(r"\s*(.+?)\s*(==|!=|<=|>=|<|>)\s*('[^']*'|\"[^\"]*\"|\S+)\s*")
 
 
@@ -31,7 +36,7 @@ def rows_where(table: Recording, condition: str) -> NDArray[np.bool_]:
         InputError: it is no condition, the column is missing or no number, or no row fulfils it.
     """
     chosen = np.ones(len(table), dtype=bool)
-    for part in re.split(r"\s+and\s+", condition):
+    for part in _parts(condition):
         found = _PART.fullmatch(part)
         if found is None:
             raise _none(condition)
@@ -43,6 +48,13 @@ def rows_where(table: Recording, condition: str) -> NDArray[np.bool_]:
     if not chosen.any():
         raise InputError(f"no row of {table.source} fulfils where = '{condition}'.")
     return chosen
+
+
+def _parts(condition: str) -> list[str]:
+    """What stands between the "and" that are in no quotes."""
+    hidden = _QUOTED.sub(lambda found: "." * len(found[0]), condition)
+    cuts = [0, *(end for found in _AND.finditer(hidden) for end in found.span()), len(hidden)]
+    return [condition[a:b] for a, b in zip(cuts[::2], cuts[1::2], strict=True)]
 
 
 def _texts(table: Recording, condition: str, name: str, sign: str, value: str) -> NDArray[np.bool_]:

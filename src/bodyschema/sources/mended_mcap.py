@@ -58,14 +58,22 @@ def whole_records(file: BinaryIO) -> Iterator[Record]:
         kind, length = _HEAD.unpack(file.read(_HEAD.size))
         if not kind or at + _HEAD.size + length > size:
             return
+        if kind == CHUNK and not _has_head(file, length):
+            return
         yield Record(kind, at, _HEAD.size + length)
         at += _HEAD.size + length
+
+
+def _has_head(file: BinaryIO, length: int) -> bool:
+    """Whether a chunk, at whose content the file stands, has room for what it begins with."""
+    room = length - _CHUNK.size - 8
+    return room >= 0 and _CHUNK.unpack(file.read(_CHUNK.size))[-1] <= room
 
 
 def times_of(file: BinaryIO, record: Record) -> tuple[int, ...]:
     """Times in ns that a record holds: of a chunk the first and the last, of a message its own."""
     file.seek(record.at + _HEAD.size)
-    if record.kind == CHUNK and record.length >= _HEAD.size + _CHUNK.size:
+    if record.kind == CHUNK:
         return _CHUNK.unpack(file.read(_CHUNK.size))[:2]
     if record.kind == MESSAGE and record.length >= _HEAD.size + _STAMP.size:
         return _STAMP.unpack(file.read(_STAMP.size))[2:]

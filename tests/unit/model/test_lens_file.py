@@ -140,3 +140,24 @@ def test_missing_files(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is no xml that can be read"):
         read_lens(written(tmp_path, "<a>", "lens.xml"))
     assert read_lens(written(tmp_path, ROS.replace("image_width", "x"))).size is None
+
+
+@pytest.mark.parametrize("key", ["k", "d", "image_width", "distortion_model", "fisheye_model"])
+def test_anchors_that_double_one_another_are_never_written_out(tmp_path: Path, key: str) -> None:
+    doubled = [f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]" for i in range(1, 60)]
+    text = ECHOED.replace(f"{key}:", "was:") if key in ("k", "d") else ROS
+    text = "\n".join(["a0: &a0 [1, 1]", *doubled, f"{key}: *a59", text.replace(f"{key}:", "was:")])
+    with pytest.raises(InputError) as error:
+        read_lens(written(tmp_path, text.partition("---")[0]))
+    assert len(str(error.value)) < 400
+
+
+def test_a_whole_number_that_is_no_float(tmp_path: Path) -> None:
+    text = ROS.replace("615.5", "1" + "0" * 400)
+    with pytest.raises(InputError, match="should be numbers, it is"):
+        read_lens(written(tmp_path, text))
+
+
+def test_a_camera_of_a_file_that_has_one_lens(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"has one lens and no cameras .*; leave out #cam1"):
+        read_lens(f"{written(tmp_path, ROS)}#cam1")

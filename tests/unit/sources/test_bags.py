@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from bodyschema.errors import InputError, MissingExtraError
 from bodyschema.sources.bags import bag_topics, is_bag, stamps, topics_of
+from bodyschema.sources.mended_mcap import MAGIC
 from bodyschema.sources.tables import open_recording, write_table
 
 
@@ -259,3 +261,14 @@ def without_chunks(data: bytes) -> bytes:
             made += data[at : at + 9 + length]
         at += 9 + length
     return made
+
+
+@pytest.mark.parametrize("letters", [2**31, 10**4])
+def test_a_chunk_that_is_damaged_where_a_file_breaks_off(bag: Path, letters: int) -> None:
+    """Found by the fuzz bench: the name of the compression is longer than its chunk."""
+    path = bag.parent / "damaged.mcap"
+    head = struct.pack("<BQ", 6, 40) + struct.pack("<QQQII", 1, 2, 3, 0, letters) + bytes(8)
+    for chunk in (head, struct.pack("<BQ", 6, 3) + bytes(3)):
+        path.write_bytes(MAGIC + chunk)
+        with pytest.raises(InputError, match=r"breaks off after .* before any message is whole"):
+            open_recording(path)

@@ -48,3 +48,18 @@ def test_rows(condition: str, rows: list[int]) -> None:
 def test_what_is_no_condition_is_said(condition: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         rows_where(TABLE, condition)
+
+
+@pytest.mark.parametrize(
+    ("condition", "rows"),
+    [
+        ("who == 'salt and pepper'", [0, 2]), ('n > 1 and who == "salt and pepper"', [2]),
+        ("who != 'salt and pepper' and n >= 2", [1]), ("who == 'salt' and n == 2", [1]),
+        ("who == 'salt and pepper' and who != 'salt and n == 2' and n == 3", [2]),
+    ],
+)  # fmt: skip
+def test_and_within_quotes_joins_nothing(condition: str, rows: list[int]) -> None:
+    pair = "salt and pepper"
+    words = {"who": (pair, "salt", pair)}
+    table = Recording("'a.csv'", {"n": np.array([1.0, 2.0, 3.0])}, {}, frozenset({"who"}), words)
+    assert np.flatnonzero(rows_where(table, condition)).tolist() == rows
