@@ -54,6 +54,17 @@ def test_a_patch_of_the_same_picture_is_found_where_it_was_cut_out():
     assert (alike > 0.995).all()
 
 
+def test_a_slope_of_light_across_a_patch_does_not_slow_the_descent():
+    """Where the patch moves its mean and contrast change as well; two steps know that."""
+    y, x = np.mgrid[0:60, 0:80].astype(float)
+    spot = 60 * np.exp(-((x - 38) ** 2 + (y - 30) ** 2) / 60)
+    image = np.clip(120 + spot + 0.8 * (x - 40), 0, 255).astype(np.uint8)
+    T, G, _ = templates(image, np.array([[40.0, 30.0]]))
+    A, found, alike, variance = np.eye(2)[None], np.array([[40.4, 30.3]]), np.empty(1), np.empty(1)
+    align(image, T, G, WEIGHT, GRID, A, found, 2, alike, variance)
+    assert np.abs(found[0] - [40.0, 30.0]).max() < 0.01
+
+
 def test_a_patch_beyond_the_border_and_one_of_nothing_are_not_found():
     image = blots(2)
     T, G, _ = templates(image, np.array([[40.0, 50.0]] * 2))

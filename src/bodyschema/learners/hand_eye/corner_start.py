@@ -12,34 +12,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bodyschema import lie
-from bodyschema.learners.hand_eye.corner_rows import CornerRows, places, triangulated
+from bodyschema.learners.hand_eye.corner_rows import CornerRows, places, predicted, triangulated
 from bodyschema.learners.hand_eye.rotation_search import search
 from bodyschema.learners.hand_eye.stereo_points import Stereo
 
 Array = NDArray[np.float64]
 
-SETS, SET, KEPT = 6, 5, 2
-"""Small sets of corners that a start from nothing tries, corners in each, and answers kept."""
+SETS, SET, LONGEST, KEPT, BEST = 24, 3, 30, 2, 6
+"""Small sets of corners that a start from nothing tries, corners in each, drawn from so many that
+lived longest; minima that are kept of each set, and starts that are kept of all."""
 BRIDGES, ROUNDS, NEAR = 4, 10, 3.0
 """Corners that carry a turn over at least, rounds, and times the median distance that counts."""
 
 
 def started(rows: CornerRows, stereo: Stereo) -> Array:
-    """(n, 4, 4) camera poses from nothing: of all corners together, and of a few at a time.
+    """(n, 4, 4) camera poses from nothing, the likeliest first; none while there are few corners.
 
     A corner that is not on its carrier spoils what it takes part in; some of the small sets are
-    without one.
+    without one. What is likely is judged by the middle of all residuals, which half of the corners
+    cannot spoil.
     """
     names, _, which = rows.grouped()
-    if len(names) < SET:
+    if len(names) <= SET:
         return np.zeros((0, 4, 4))
-    size = np.bincount(which)
-    long = np.argsort(-size, kind="stable")[: SETS * SET]
+    long = np.argsort(-np.bincount(which), kind="stable")[:LONGEST]
     rng = np.random.default_rng(0)
     sets = [np.arange(len(names))]
     sets += [rng.choice(long, SET, replace=False) for _ in range(SETS)]
     found = [one for chosen in sets for one in _searched(rows.only(np.isin(which, chosen)), stereo)]
-    return np.array(found)
+    misfit = []
+    for one in found:
+        place = places(rows, one[None], stereo)[which]
+        e = rows.seen - predicted(rows, one[None], place, stereo)[0]
+        misfit.append(float(np.median(np.abs(e[:, :2]))))
+    return np.array(found)[np.argsort(misfit, kind="stable")[:BEST]]
 
 
 def _searched(rows: CornerRows, stereo: Stereo) -> list[Array]:

@@ -18,10 +18,8 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 
-AWAY = 0.8
-"""px: median displacement from which the camera has moved."""
-MOST = 0.6
-"""Share of the corners that must be away."""
+AWAY, MOST = 0.8, 0.6
+"""px beyond which a corner is away from its anchor, and share of the corners that must be."""
 FEW = 5
 """Corners with an anchor below which nothing is said."""
 ANCHOR = 5
@@ -65,10 +63,8 @@ class Background:
                 return replace(state, anchor=place, count=0 * count, still=still), False
             return replace(state, anchor=place, count=0 * count, moving=False, still=0), True
         away = np.linalg.norm(place - anchor, axis=1)
-        if ripe.sum() >= FEW:
-            far = away[ripe]
-            if np.median(far) > AWAY and np.mean(far > AWAY) > MOST:
-                return replace(state, anchor=place, count=0 * count, moving=True, still=0), False
+        if ripe.sum() >= FEW and np.mean(away[ripe] > AWAY) > MOST:
+            return replace(state, anchor=place, count=0 * count, moving=True, still=0), False
         mean = np.where(
             ripe[:, None], anchor, (anchor * count[:, None] + place) / (count + 1)[:, None]
         )

@@ -59,6 +59,14 @@ def test_a_third_of_the_corners_on_things_that_move_say_nothing():
     assert not moving.any()
 
 
+def test_half_of_the_corners_on_one_thing_that_moves_say_nothing():
+    """A person who walks by, before a wall with as many corners."""
+    places, _ = still(200, np.random.default_rng(6))
+    places[:, :6] += 0.5 * np.maximum(np.arange(200) - 50, 0)[:, None, None]
+    moving, _ = run(places)
+    assert not moving.any()
+
+
 def test_few_corners_say_nothing():
     places, _ = still(60, np.random.default_rng(4), K=4)
     moving, _ = run(places + np.arange(60)[:, None, None])

@@ -80,6 +80,13 @@ def test_what_creeps_away_is_none():
     assert found(shift) is None
 
 
+def test_what_has_begun_to_creep_is_none():
+    """A corner of the forearm, when the wrist begins to turn after it was still for long."""
+    shift = nothing()
+    shift[:6] = 0.001 * np.maximum(np.arange(MOMENTS) - 22, 0)[None, :, None] * [0.0, 1.0, 0.4]
+    assert found(shift) is None
+
+
 def test_what_stays_in_the_world_is_none():
     """Corners of the wall jump on the hand when the hand does; in the world they stand."""
     T = CAMERA @ POSES

@@ -99,9 +99,12 @@ def test_old_looks_do_not_count():
 
 
 def test_a_region_that_is_half_there_has_not_gone():
-    misses = missed(2)
-    misses[:3] = 0
-    assert not marks_at(BOTH, misses=misses, looks=10 + misses).gone(5.5).any()
+    """Five of ten are hidden by a cable."""
+    both = np.vstack([np.tile([0.0, 0.0, 0.2], (10, 1)), HAND])
+    misses = np.where(np.arange(18) < 5, 2, 0)
+    assert not marks_at(both, misses=misses, looks=10 + misses).gone(5.5).any()
+    misses = np.where(np.arange(18) < 10, 2, 0)
+    assert marks_at(both, misses=misses, looks=10 + misses).gone(5.5).sum() == 10
 
 
 def test_landmarks_that_are_mostly_missed_are_forgotten():
