@@ -122,7 +122,7 @@ def export(place: Path, which: str) -> None:
         place.write_bytes(robot.read_bytes())
     else:
         with redirect_stdout(StringIO()):
-            Export(result, robot, place, overwrite=True).run()
+            Export(result, robot=robot, out=place, overwrite=True).run()
 
 
 # ---- simulations -----------------------------------------------------------------------------

@@ -26,6 +26,7 @@ def nabeshima() -> Iterable[Entry]:
     """One entry a study."""
     yield from (_figure3(), _figure4(), _figure5(), _hand_eye(), _corners(), _find_body())
     yield from (_figure8(), _figure9(), _rendered(), _figure10(), _figure11(), _touch(), _payload())
+    yield _life()
 
 
 def _entry(
@@ -231,3 +232,30 @@ def _payload() -> Entry:
     keys = ("better*coverage", "better*physical_share", "*.reached")
     least = {"*coverage*": 0.6, "*_pct": 0.02, "*com_mm": 0.02, "*seconds*": 1.0}
     return _entry("payload", {"runs": 2}, {}, told, keys, least)
+
+
+def _life() -> Entry:
+    told = {
+        "certified_s.median": Told("hand and eye certified after, s, median", "59"),
+        "certified_s.p90": Told("the same, 90 %"),
+        "certificates": Told("certificates"),
+        "false_certificates": Told("certificates that were not true"),
+        "false_alarms_per_hour": Told("false alarms an hour", "0"),
+        "rotation_deg": Told("camera turned wrong while it is known, deg, median"),
+        "camera_mm": Told("camera misplaced while it is known, mm, median"),
+        "inside_bound": Told("share of the time within the stated 99 % bound"),
+        **{
+            f"changes.{kind}.{key}": Told(f"{words}: {what}", said)
+            for kind, words, again in (
+                ("slip", "tool slips", "26"), ("head", "head turns", "10"),
+                ("swap", "tool is swapped", ""),
+            )
+            for key, what, said in (
+                ("noticed", "share noticed", ""), ("blamed", "share blamed rightly", ""),
+                ("noticed_s.median", "noticed after, s", "1" if again else ""),
+                ("certified_again_s.median", "known again after, s", again),
+            )
+        },
+    }  # fmt: skip
+    small, full = {"runs": 1, "seconds": 40.0}, {"runs": 8, "seconds": 100.0}
+    return _entry("life", small, full, told, copies=4)

@@ -60,7 +60,7 @@ def corrected_description(
     Args:
         calibration: the answer of any verb.
         robot: the description.
-        out: where it goes; its ending says the form.
+        out: where it goes; its ending says the form, and none leaves it as it is.
         packages: folder of each ROS package that it names.
         arguments: of a xacro file, by name.
         add_frames: also add the frames that were estimated.
@@ -69,12 +69,13 @@ def corrected_description(
     Raises:
         InputError: nothing may be put on a robot, this one lacks a joint, or another ending.
     """
-    if out.suffix not in (URDF, MJCF):
+    ending = out.suffix or (MJCF if is_mjcf(robot) else URDF)
+    if ending not in (URDF, MJCF):
         raise InputError(
             f"a robot goes into a .urdf or, as MJCF, an .xml, not into a '{out.suffix}'; name "
             "another --out."
         )
-    if is_mjcf(robot) and out.suffix == MJCF:
+    if is_mjcf(robot) and ending == MJCF:
         return _mjcf_of_mjcf(calibration, robot, out, add_frames)
     if not is_urdf(robot):
         text, nominal = None, read_description(robot, packages, arguments)
@@ -93,7 +94,7 @@ def corrected_description(
         patched = with_frames(patched, added_frames(calibration, nominal))
     corrected = corrected_body(calibration, nominal)
     notes = double_zeros(nominal, corrected) + unwritable(nominal, corrected)
-    if out.suffix == MJCF:
+    if ending == MJCF:
         written = parse_urdf(patched, robot, packages)
         return Corrected(
             write_mjcf(written, urdf_inertials(patched)), "mjcf", changed, notes, False
