@@ -72,7 +72,7 @@ def corrected_description(
     ending = out.suffix or (MJCF if is_mjcf(robot) else URDF)
     if ending not in (URDF, MJCF):
         raise InputError(
-            f"a robot goes into a .urdf or, as MJCF, an .xml, not into a '{out.suffix}'; name "
+            f"a robot goes into a .urdf or, as MJCF, an .xml, not into '{out.name}'; name "
             "another --out."
         )
     if is_mjcf(robot) and ending == MJCF:

@@ -31,7 +31,8 @@ def with_appended(
         where: names the run file in messages.
 
     Raises:
-        InputError: nothing to read from them, or frames that do not fit; see `_frames_of_each`.
+        InputError: nothing to read from them, an empty list of files, or frames that do not fit;
+            see `_frames_of_each`.
     """
     frames, senses = entries["frames"], entries["senses"]
     if not appended:
@@ -46,6 +47,10 @@ def with_appended(
         raise InputError(
             f"append in {where} is for recordings of [[senses]], as calibrate reads them; describe "
             "what was seen there, or leave it out."
+        )
+    if not all(appended):
+        raise InputError(
+            f"append in {where} has a recording of no files; name them, or leave it out."
         )
     recordings = [files for files in (entries["recording"], *appended) if files]
     ends = _endings(recordings)

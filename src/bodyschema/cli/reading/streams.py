@@ -98,6 +98,7 @@ class Streams:
                 clocks.setdefault(files, _clock_name(files, [*clocks.values()]))
                 placed = replace(placed, clock=clocks[files])
             senses.append(placed)
+        _refuse_two_clocks(senses)
         if not senses:
             opened.common()
         first = next(iter(sessions.values())).files if sessions else run.recording
@@ -150,6 +151,20 @@ class Streams:
     def source_of(self, clock: str) -> str:
         """Its name for messages."""
         return self.tables[self.of_clock(clock).first.recording].source
+
+
+def _refuse_two_clocks(senses: Sequence[SenseEntry]) -> None:
+    """Samples of two clocks are no one sense. Raises InputError where they see the same."""
+    for i, entry in enumerate(senses):
+        for other in senses[:i]:
+            alike = replace(other, recording=entry.recording, time=entry.time, clock=entry.clock)
+            if alike == entry and other.clock != entry.clock:
+                ends = " and ".join(f"'{end}'" for end in (entry.seen_from, entry.seen) if end)
+                raise InputError(
+                    f"the {entry.kind} between {ends} are in several recordings, each late by a lag "
+                    "of its own; say which frame may have moved between them, per_recording = true "
+                    'in its [frames] section, or name one clock for all, clock = "NAME" of a part.'
+                )
 
 
 class _Opened:
