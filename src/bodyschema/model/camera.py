@@ -123,8 +123,8 @@ class Camera:
         """
         if image.shape[:2] != (self.height, self.width):
             raise InputError(
-                f"camera '{self.name}' takes images of {self.height} rows and {self.width} "
-                f"columns; got an array of shape {image.shape}."
+                f"camera '{self.name}' has {self.width} x {self.height} pixels, and its picture "
+                f"{' x '.join(map(str, image.shape[1::-1]))}; give the lens of these pictures."
             )
         if not self.bends:
             return image

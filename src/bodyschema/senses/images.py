@@ -59,8 +59,8 @@ def _check(camera: Camera, picture: Picture) -> None:
         )
     if picture.shape[:2] != (camera.height, camera.width):
         raise InputError(
-            f"camera '{camera.name}' has {camera.height} rows and {camera.width} columns, its "
-            f"picture {picture.shape[0]} and {picture.shape[1]}."
+            f"camera '{camera.name}' has {camera.width} x {camera.height} pixels, and its picture "
+            f"{picture.shape[1]} x {picture.shape[0]}; give the lens of these pictures."
         )
     if camera.bends:
         raise InputError(

@@ -229,7 +229,7 @@ def test_days_without_a_frame_that_moved_are_said(record: Any, tmp_path: Path) -
         (tmp_path / f"other_{name}").write_text((tmp_path / name).read_text())
     text = 'append = [["other_joints.csv", "other_seen.csv"]]\n' + HEAD + POINTS
     (tmp_path / "run.toml").write_text(text)
-    with pytest.raises(InputError, match="may have moved between them, per_recording = true"):
+    with pytest.raises(InputError, match="may have moved between, per_recording = true"):
         load(read_run_file(tmp_path / "run.toml"))
     (tmp_path / "run.toml").write_text("append = [[]]\n" + HEAD + POINTS)
     with pytest.raises(InputError, match=r"append in 'run\.toml' has a recording of no files"):

@@ -163,6 +163,7 @@ def test_an_arm_that_is_not_there_is_a_no(folder: Path, capsys: pytest.CaptureFi
     [
         (("lens =", "lense ="), "unknown key 'lense'"),
         (("[320, 240]", "[320]"), "needs size"),
+        (("[320, 240]", "[640, 480]"), "'eye' has 640 x 480 pixels, and its picture 320 x 240"),
         (("image_{row:03}", "image_{number}"), "write {row}"),
         (("mask_{row:03}", "nothing_{row}"), "no picture at"),
         (("cameras.eye", "eyes.eye"), "names no camera"),

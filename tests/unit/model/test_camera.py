@@ -81,5 +81,5 @@ def test_a_camera_without_sense_is_refused(
 
 
 def test_an_image_of_another_size_is_refused() -> None:
-    with pytest.raises(InputError, match="240 rows and 320 columns"):
+    with pytest.raises(InputError, match="has 320 x 240 pixels, and its picture 160 x 120"):
         Camera("eye", "eye", 320, 240, K, LENS[:5]).undistort(np.zeros((120, 160)))

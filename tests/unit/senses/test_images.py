@@ -31,7 +31,7 @@ def test_masks_and_images_are_told_apart() -> None:
     [
         ({"q": np.array([0.0, np.nan])}, "finite readings"),
         ({"cameras": ()}, "one picture from each camera"),
-        ({"pictures": (np.zeros((8, 6), bool),)}, "6 rows and 8 columns"),
+        ({"pictures": (np.zeros((8, 6), bool),)}, "8 x 6 pixels, and its picture 6 x 8"),
         ({"pictures": (np.zeros((6, 8)),)}, "8-bit"),
         ({"cameras": (Camera("eye", "eye", 8, 6, EYE.matrix, np.full(4, 0.1)),)}, "undistort"),
     ],

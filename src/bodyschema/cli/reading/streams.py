@@ -161,8 +161,8 @@ def _refuse_two_clocks(senses: Sequence[SenseEntry]) -> None:
             if alike == entry and other.clock != entry.clock:
                 ends = " and ".join(f"'{end}'" for end in (entry.seen_from, entry.seen) if end)
                 raise InputError(
-                    f"the {entry.kind} between {ends} are in several recordings, each late by a lag "
-                    "of its own; say which frame may have moved between them, per_recording = true "
+                    f"the {entry.kind} between {ends} are in several recordings, each late by a "
+                    "lag of its own; say which frame may have moved between, per_recording = true "
                     'in its [frames] section, or name one clock for all, clock = "NAME" of a part.'
                 )
 
