@@ -61,9 +61,11 @@ class CameraPrior:
     """What corners that are not kept any more have told about the first camera."""
 
     T_world_cam: Array
-    """(4, 4) round which it is meant."""
+    """(4, 4) round which it is meant; not where it is least, which few corners leave open."""
     S: Array
     """(6, 6) information."""
+    s: Array
+    """(6,) its gradient there."""
     meat: Array
     """(6, 6) sum of s_k s_k^T."""
     corners: int
@@ -72,7 +74,7 @@ class CameraPrior:
     def about(self, T_world_cam: Array) -> tuple[Array, Array]:
         """Information and gradient at another camera pose."""
         away = twist_between(self.T_world_cam, T_world_cam)
-        return self.S, -self.S @ away
+        return self.S, self.s - self.S @ away
 
 
 @dataclass(frozen=True)
@@ -176,13 +178,12 @@ def absorbed(
     info, meat, count = S.sum(axis=0), s.T @ s, int(kept.sum())
     here = fit.cameras[0]
     if prior is None:
-        return CameraPrior(here, info, meat, count)
-    # Round the old pose: what was left out pulls where its own minimum is.
+        return CameraPrior(here, info, s.sum(axis=0), meat, count)
     away = twist_between(prior.T_world_cam, here)
-    total = prior.S + info
-    pull = info @ away + s.sum(axis=0)
-    middle = moved(prior.T_world_cam[None], np.linalg.solve(total, pull))[0]
-    return CameraPrior(middle, total, prior.meat + meat, prior.corners + count)
+    pull = prior.s + s.sum(axis=0) + info @ away
+    return CameraPrior(
+        prior.T_world_cam, prior.S + info, pull, prior.meat + meat, prior.corners + count
+    )
 
 
 def _level(e: Array, before: Array) -> Array:

@@ -122,15 +122,17 @@ def _mapped(state: PictureState, fit: CornerFit, rows: CornerRows) -> PictureSta
 
 
 def _given_up(state: PictureState, fit: CornerFit, settings: PictureSettings) -> PictureState:
-    """Rows of the oldest corners that have ended move into the prior."""
+    """Rows of the oldest corners that have ended move into the prior; those of too few are lost."""
     assert state.hand is not None
     if state.camera or not state.certified:
         return state
-    names = np.unique(state.rows.corner)
-    ended = names[(names > 0) & ~np.isin(names - 1, state.hand.name)]
-    old = ended[: max(len(ended) - settings.keep, 0)]
-    if not len(old):
-        return state
-    gone = np.isin(state.rows.corner, old)
-    prior = absorbed(state.rows.only(gone), fit, settings.stereo, state.prior)
-    return replace(state, rows=state.rows.only(~gone), prior=prior)
+    names, _, which = state.rows.grouped()
+    ended = (names > 0) & ~np.isin(names - 1, state.hand.name)
+    few = ended & (np.bincount(which, minlength=len(names)) < LEAST_ROWS)
+    told = names[ended & ~few]
+    old = told[: max(len(told) - settings.keep, 0)]
+    gone, prior = np.isin(state.rows.corner, old), state.prior
+    if len(old):
+        prior = absorbed(state.rows.only(gone), fit, settings.stereo, prior)
+    kept = ~gone & ~np.isin(state.rows.corner, names[few])
+    return replace(state, rows=state.rows.only(kept), prior=prior)

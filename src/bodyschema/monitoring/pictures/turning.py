@@ -45,6 +45,6 @@ def certified(state: PictureState) -> PictureState:
     assert fit is not None
     P = fit.covariance[-6:, -6:]
     information = np.asarray(np.linalg.inv(P), dtype=np.float64)
-    prior = CameraPrior(fit.cameras[-1], information, information, fit.corners)
+    prior = CameraPrior(fit.cameras[-1], information, np.zeros(6), information, fit.corners)
     one = replace(fit, cameras=fit.cameras[-1:], covariance=P)
     return replace(state, camera=0, prior=prior, fit=one, rows=CornerRows.none())

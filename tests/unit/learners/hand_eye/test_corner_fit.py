@@ -145,6 +145,19 @@ def test_what_was_absorbed_is_worth_nearly_as_much_as_its_rows():
     assert np.trace(later.covariance) < np.trace(alone.covariance)
 
 
+def test_corners_may_be_absorbed_one_after_the_other():
+    """A first few leave directions open; where they would like the camera to be must not count."""
+    camera, rows = scene(41, 150, at_a_time=6)
+    whole = fitted(rows, camera[None], STEREO)
+    names, prior, fit = np.unique(rows.corner), None, whole
+    for name in names[:20]:
+        prior = absorbed(rows.only(rows.corner == name), fit, STEREO, prior)
+        rows = rows.only(rows.corner != name)
+        fit = fitted(rows, fit.cameras, STEREO, prior, fit.level)
+        assert off(fit.cameras[0], whole.cameras[0]) < 0.03
+    assert prior.corners >= 18
+
+
 def test_a_turned_camera_is_bridged_by_the_wall_and_the_hand():
     rng = np.random.default_rng(50)
     camera = world_camera(rng)
