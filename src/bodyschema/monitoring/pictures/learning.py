@@ -57,7 +57,9 @@ def learned(state: PictureState, settings: PictureSettings) -> PictureState:
             return state
         fits = [fitted(rows, cameras, stereo, state.prior) for cameras in starts]
         fit = min(fits, key=lambda one: one.cost)
-    state = replace(state, fit=fit)
+    if state.certified and not (fit.settled and explains(fit, settings)):
+        return replace(state, refused=state.refused + 1)
+    state = replace(state, fit=fit, refused=0)
     if explains(fit, settings):
         state = _mapped(state, fit, rows)
     return _given_up(state, fit, settings)

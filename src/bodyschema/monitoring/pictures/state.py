@@ -81,6 +81,9 @@ class PictureState:
     certified: bool = False
     """Whether the camera has been certified since it last moved."""
     changed_tool: ChangedTool | None = None
+    refused: int = 0
+    """Fits in a row, since the certificate, that did not settle or explain what was seen: the last
+    good one stays, and nothing is certain meanwhile."""
 
     @property
     def T_world_cam(self) -> Array | None:
@@ -90,7 +93,7 @@ class PictureState:
     @property
     def bounds(self) -> tuple[float, float]:
         """rad, m: how far off the camera is at most, at 99 %."""
-        if self.fit is None or not np.isfinite(self.fit.covariance).all():
+        if self.fit is None or self.refused or not np.isfinite(self.fit.covariance).all():
             return np.inf, np.inf
         P = self.fit.covariance[-6:, -6:]
         return bound(P[3:, 3:]), bound(P[:3, :3])

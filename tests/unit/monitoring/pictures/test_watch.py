@@ -97,6 +97,20 @@ def test_the_map_of_the_hand_is_made_of_proven_corners_alone():
     assert len(learned(sure, SETTINGS).hand_map.points) > 5
 
 
+def test_a_fit_that_explains_nothing_is_not_taken_and_nothing_is_certain_meanwhile():
+    camera, state = state_of(np.column_stack([wave(60), wave(60)]))
+    fit = fitted(state.rows, camera[None], STEREO)
+    known = replace(state, certified=True, fit=fit)
+    assert np.isfinite(known.bounds).all()
+    spoiled = state.rows.seen + 30 * np.random.default_rng(0).normal(size=state.rows.seen.shape)
+    seen = np.maximum(spoiled, 5.0)
+    refused = learned(replace(known, rows=replace(state.rows, seen=seen)), SETTINGS)
+    assert refused.refused == 1
+    assert np.array_equal(refused.fit.cameras, fit.cameras)
+    assert refused.bounds == (np.inf, np.inf)
+    assert learned(replace(refused, rows=state.rows), SETTINGS).refused == 0
+
+
 def test_a_camera_that_turns_again_before_it_was_known_begins_from_the_last_known_one():
     camera, state = state_of(np.column_stack([wave(60), wave(60)]))
     fit = fitted(state.rows, camera[None], STEREO)
