@@ -17,9 +17,9 @@ def world_camera(rng: np.random.Generator) -> np.ndarray:
     return lie.transform(lie.exp_so3(rng.normal(size=3)), 0.3 * rng.normal(size=3))
 
 
-def hand_poses(n: int, rng: np.random.Generator) -> np.ndarray:
+def hand_poses(n: int, rng: np.random.Generator, slow: float = 1.0) -> np.ndarray:
     """(n, 4, 4) T_cam_hand, ten a second: turns of 20 degrees and ways of 6 cm about 1 m away."""
-    time = np.arange(n)[:, None] / 10
+    time = np.arange(n)[:, None] / 10 / slow
     wave = np.sin(2 * np.pi * rng.uniform(0.1, 0.3, 6) * time + rng.uniform(0, 6, 6))
     return lie.transform(
         lie.exp_so3(np.deg2rad(20) * wave[:, :3]), 0.06 * wave[:, 3:] + [0.0, 0.0, 1.0]

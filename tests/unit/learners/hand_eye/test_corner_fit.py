@@ -146,16 +146,20 @@ def test_what_was_absorbed_is_worth_nearly_as_much_as_its_rows():
 
 
 def test_corners_may_be_absorbed_one_after_the_other():
-    """A first few leave directions open; where they would like the camera to be must not count."""
-    camera, rows = scene(41, 150, at_a_time=6)
+    """A hand that hardly moves: each corner alone leaves directions open, and where it would like
+    the camera to be in them must not count."""
+    rng = np.random.default_rng(41)
+    camera = world_camera(rng)
+    poses = hand_poses(60, rng, slow=5.0)
+    rows = rows_of(camera, poses, rng, life=0, at_a_time=10, lasting=0.1)
     whole = fitted(rows, camera[None], STEREO)
     names, prior, fit = np.unique(rows.corner), None, whole
-    for name in names[:20]:
+    for name in names[:40]:
         prior = absorbed(rows.only(rows.corner == name), fit, STEREO, prior)
         rows = rows.only(rows.corner != name)
         fit = fitted(rows, fit.cameras, STEREO, prior, fit.level)
-        assert off(fit.cameras[0], whole.cameras[0]) < 0.03
-    assert prior.corners >= 18
+        assert off(fit.cameras[0], whole.cameras[0]) < 0.2
+    assert prior.corners > 30
 
 
 def test_a_turned_camera_is_bridged_by_the_wall_and_the_hand():
