@@ -42,7 +42,7 @@ def result(
     began = described.attach("board", "base", board).attach("camera", "tip", CAMERA)
     sense = Poses.make(q, T, "board", "camera")
     frames = {"board": "no", "camera": "no"}
-    problem = Problem(began, (sense,), frames, ARM.joints)  # type: ignore[arg-type]
+    problem = Problem(began, (sense,), frames, ARM.joints)
     fit = problem.fit(problem.variables(groups), problem.senses)
     return answer(fit, predict_error(fit, q, "board", "camera"))
 

@@ -125,7 +125,8 @@ def _untagged(loader: _Loader, suffix: str, node: yaml.Node) -> Any:
         return loader.construct_mapping(node, deep=True)
     if isinstance(node, yaml.SequenceNode):
         return loader.construct_sequence(node, deep=True)
-    return loader.construct_scalar(node)  # type: ignore[arg-type]
+    assert isinstance(node, yaml.ScalarNode)  # YAML has no fourth kind
+    return loader.construct_scalar(node)
 
 
 _Loader.add_multi_constructor("tag:yaml.org,2002:opencv-", _untagged)

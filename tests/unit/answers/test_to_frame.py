@@ -24,7 +24,7 @@ def test_a_row_for_each_number(
     answer: Answer, package: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if importlib.util.find_spec(package) is None:
-        monkeypatch.setitem(sys.modules, package, SimpleNamespace(DataFrame=dict))  # type: ignore[arg-type]
+        monkeypatch.setitem(sys.modules, package, SimpleNamespace(DataFrame=dict))
     frame: Any = answer.to_frame(package)
     assert list(frame["name"])[:2] == ["joint_1.offset", "joint_2.offset"]
     assert list(frame["value"]) == pytest.approx(list(answer.estimate.x))

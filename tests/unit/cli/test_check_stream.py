@@ -14,25 +14,9 @@ from bodyschema.cli import run
 from bodyschema.export.urdf_writer import write_urdf
 from bodyschema.model.kinematics import relative_pose
 from bodyschema.sources.tables import write_table
+from recorded_arm import RUN
 
 Array = NDArray[np.float64]
-
-RUN = """
-robot = "robot.urdf"
-recording = "data.csv"
-folds = 3
-[free]
-groups = ["offsets"]
-[frames.tracker]
-parent = "base"
-[frames.marker]
-parent = "tip"
-[[senses]]
-kind = "points"
-seen_from = "tracker"
-seen = "marker"
-columns = ["x", "y", "z"]
-"""
 
 ARM = Body.random_chain(4, np.random.default_rng(3))
 BEGIN = 50.0

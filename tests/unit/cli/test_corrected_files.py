@@ -95,7 +95,7 @@ def test_other_kinds_of_tables(here: Path, tmp_path: Path) -> None:
     for kind in ("npz", "parquet"):
         source, out = tmp_path / f"in.{kind}", tmp_path / f"{kind}.parquet"
         if kind == "npz":
-            np.savez(source, **{k: np.asarray(v) for k, v in table.items()})  # type: ignore[arg-type]
+            np.savez(source, **{k: np.asarray(v) for k, v in table.items()})
         else:
             pq.write_table(pa.table({**table, "who": ["Ann"] * len(table["x"])}), source)
         asked = ["export", str(here / "result"), "--recording", str(source), "--out", str(out)]
